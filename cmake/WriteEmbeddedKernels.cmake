@@ -1,0 +1,10 @@
+# Script mode: writes OUTPUT with the text of every .cl file below FOLDER, named by its path relative to FOLDER.
+file(GLOB_RECURSE kernels ${FOLDER}/*.cl)
+set(text "#include \"host/device/program.h\"\n\nconst std::map<std::string, std::string>& degas::embedded_kernels() {\n  static const std::map<std::string, std::string> kernels = {\n")
+foreach(kernel ${kernels})
+  file(RELATIVE_PATH name ${FOLDER} ${kernel})
+  file(READ ${kernel} content)
+  string(APPEND text "      {\"${name}\", R\"kernel(${content})kernel\"},\n")
+endforeach()
+string(APPEND text "  };\n  return kernels;\n}\n")
+file(WRITE ${OUTPUT} "${text}")

@@ -1,0 +1,55 @@
+#include "host/autograd/tape.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "host/ops/pointwise.h"
+
+namespace degas {
+
+bool Tape::needs_gradient(const std::vector<Tensor>& inputs) const {
+  return recording_ && std::any_of(inputs.begin(), inputs.end(), [](const Tensor& t) { return t.requires_gradient(); });
+}
+
+void Tape::record(const char* operation, const std::vector<Tensor>& inputs, std::vector<Tensor> outputs,
+                  std::function<void(Tape&)> backward) {
+  if (!needs_gradient(inputs)) return;
+  for (Tensor& output : outputs) output.set_requires_gradient();
+  steps_.push_back({operation, std::move(outputs), std::move(backward)});
+}
+
+void Tape::accumulate(const Tensor& target, const std::function<void(const Tensor&)>& write) {
+  if (!target.requires_gradient()) return;
+  const Tensor contribution(device_, target.shape());
+  write(contribution);
+  if (target.has_gradient()) {
+    add_in_place(target.gradient(), contribution);
+  } else {
+    Tensor(target).set_gradient(contribution);
+  }
+}
+
+Tensor Tape::gradient_or_zeros(const Tensor& output) const {
+  return output.has_gradient() ? output.gradient() : Tensor::zeros(device_, output.shape());
+}
+
+void Tape::backward(const Tensor& loss) {
+  if (loss.size() != 1) {
+    throw std::logic_error(fmt::format("[tape] backward needs one number, got shape {}", to_string(loss.shape())));
+  }
+  const double one = 1;
+  Tensor(loss).set_gradient(Tensor::from(device_, loss.shape(), std::span<const double>(&one, 1)));
+  while (!steps_.empty()) {
+    // Popping as we go gives each step's tensors back to the pool while the walk continues.
+    Step step = std::move(steps_.back());
+    steps_.pop_back();
+    const bool reached =
+        std::any_of(step.outputs.begin(), step.outputs.end(), [](const Tensor& output) { return output.has_gradient(); });
+    if (reached) step.backward(*this);
+    for (Tensor& output : step.outputs) output.clear_gradient();
+  }
+}
+
+}  // namespace degas

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host/device/device.h"
+
+namespace degas {
+
+/// Sizes, slowest axis first; images are NHWC.
+using Shape = std::vector<int64_t>;
+
+int64_t element_count(const Shape& shape);
+std::string to_string(const Shape& shape);
+
+/// What a tensor holds. Real is the device's REAL (float, or double in gradient checks).
+enum class Element { Real, Int32, UInt32, UInt64, UInt8 };
+
+/// A dense array in device memory, with its gradient once a backward pass has made one. A handle: copies share
+/// memory and gradient. Memory is padded to at least 64 elements' multiple (MemoryPool), so a vector kernel may load and
+/// store past the end within its last vector.
+class Tensor {
+ public:
+  Tensor() = default;
+  /// Memory from the device's pool, not initialised.
+  Tensor(Device& device, Shape shape, Element element = Element::Real);
+
+  static Tensor zeros(Device& device, Shape shape, Element element = Element::Real);
+  /// Values are converted to the device's REAL. Throws std::logic_error when the count does not fit the shape.
+  static Tensor from(Device& device, Shape shape, std::span<const float> values);
+  static Tensor from(Device& device, Shape shape, std::span<const double> values);
+  static Tensor from(Device& device, Shape shape, std::span<const int32_t> values);
+  static Tensor from(Device& device, Shape shape, std::span<const uint8_t> values);
+
+  bool defined() const { return storage_ != nullptr; }
+  Device& device() const { return storage_->device; }
+  const Shape& shape() const { return shape_; }
+  /// Negative axes count from the end.
+  int64_t dim(int axis) const { return shape_[axis < 0 ? shape_.size() + axis : axis]; }
+  int64_t size() const { return element_count(shape_); }
+  Element element() const { return storage_->element; }
+  size_t bytes() const;
+  const Memory& memory() const { return *storage_->memory; }
+
+  /// The same memory and gradient under another shape of the same size.
+  Tensor reshaped(Shape shape) const;
+
+  /// Waits for the device. Float and double read Real tensors; int32_t reads Int32 and UInt32, and so on.
+  template <typename Value>
+  std::vector<Value> to_host() const;
+  /// Replaces the contents; queued, returns at once.
+  void upload(std::span<const float> values);
+  void upload(std::span<const double> values);
+  void upload(std::span<const int32_t> values);
+  void upload(std::span<const uint8_t> values);
+  void fill_zero();
+
+  /// Leaves (parameters, refined poses) ask for it themselves; the tape sets it on the outputs of operators.
+  bool requires_gradient() const { return storage_ && storage_->requires_gradient; }
+  Tensor& set_requires_gradient(bool value = true);
+  /// Undefined until a backward pass reaches this tensor.
+  bool has_gradient() const { return storage_ && storage_->gradient; }
+  Tensor gradient() const;
+  void set_gradient(const Tensor& gradient);
+  void clear_gradient() { storage_->gradient.reset(); }
+
+ private:
+  struct Storage {
+    Device& device;
+    Element element;
+    std::shared_ptr<Memory> memory;
+    bool requires_gradient = false;
+    std::shared_ptr<Memory> gradient;
+  };
+  Shape shape_;
+  std::shared_ptr<Storage> storage_;
+};
+
+}  // namespace degas

@@ -1,0 +1,271 @@
+#include "host/device/device.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+#include <deque>
+#include <unordered_map>
+
+#include "host/autograd/tensor.h"
+#include "host/device/program.h"
+#include "host/error.h"
+
+namespace degas {
+namespace {
+
+void check(cl_int status, const char* what) {
+  if (status == CL_SUCCESS) return;
+  if (status == CL_MEM_OBJECT_ALLOCATION_FAILURE || status == CL_OUT_OF_RESOURCES || status == CL_OUT_OF_HOST_MEMORY) {
+    throw Error::format(
+        "device out of memory in {} (OpenCL status {}); lower the resolution, the width or views_per_step", what, status);
+  }
+  throw std::logic_error(fmt::format("[{}] OpenCL status {}", what, status));
+}
+
+template <typename Value>
+Value device_value(cl_device_id device, cl_device_info key) {
+  Value value{};
+  clGetDeviceInfo(device, key, sizeof(value), &value, nullptr);
+  return value;
+}
+
+template <typename Query>
+std::string text_of(Query query) {
+  size_t bytes = 0;
+  query(0, nullptr, &bytes);
+  std::string text(bytes, '\0');
+  query(bytes, text.data(), nullptr);
+  while (!text.empty() && (text.back() == '\0' || text.back() == ' ')) text.pop_back();
+  return text;
+}
+
+std::string device_text(cl_device_id device, cl_device_info key) {
+  return text_of([&](size_t n, void* data, size_t* needed) { clGetDeviceInfo(device, key, n, data, needed); });
+}
+
+struct Found {
+  cl_device_id id;
+  DeviceDescription description;
+};
+
+std::vector<Found> find_devices() {
+  cl_uint platform_count = 0;
+  if (clGetPlatformIDs(0, nullptr, &platform_count) != CL_SUCCESS) return {};
+  std::vector<cl_platform_id> platforms(platform_count);
+  clGetPlatformIDs(platform_count, platforms.data(), nullptr);
+  std::vector<Found> found;
+  for (cl_platform_id platform : platforms) {
+    cl_uint count = 0;
+    if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS) continue;
+    std::vector<cl_device_id> ids(count);
+    clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, ids.data(), nullptr);
+    for (cl_device_id id : ids) {
+      DeviceDescription d;
+      d.index = static_cast<int>(found.size());
+      d.name = device_text(id, CL_DEVICE_NAME);
+      d.platform = text_of([&](size_t n, void* data, size_t* needed) {
+        clGetPlatformInfo(platform, CL_PLATFORM_NAME, n, data, needed);
+      });
+      d.version = device_text(id, CL_DEVICE_VERSION);
+      d.driver = device_text(id, CL_DRIVER_VERSION);
+      d.is_cpu = device_value<cl_device_type>(id, CL_DEVICE_TYPE) & CL_DEVICE_TYPE_CPU;
+      d.has_double = device_text(id, CL_DEVICE_EXTENSIONS).find("cl_khr_fp64") != std::string::npos;
+      d.compute_units = static_cast<int>(device_value<cl_uint>(id, CL_DEVICE_MAX_COMPUTE_UNITS));
+      d.global_bytes = device_value<cl_ulong>(id, CL_DEVICE_GLOBAL_MEM_SIZE);
+      d.largest_buffer_bytes = device_value<cl_ulong>(id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
+      d.local_bytes = device_value<cl_ulong>(id, CL_DEVICE_LOCAL_MEM_SIZE);
+      d.largest_work_group = device_value<size_t>(id, CL_DEVICE_MAX_WORK_GROUP_SIZE);
+      found.push_back({id, d});
+    }
+  }
+  return found;
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+/// No selector: the GPU with the most memory, else the first device.
+Found select_device(const std::string& selector) {
+  const std::vector<Found> devices = find_devices();
+  if (devices.empty()) {
+    throw Error("no OpenCL device on this machine; install a driver, or PoCL for the CPU (Debian: pocl-opencl-icd)");
+  }
+  if (selector.empty()) {
+    return *std::max_element(devices.begin(), devices.end(), [](const Found& a, const Found& b) {
+      const auto rank = [](const Found& f) { return f.description.is_cpu ? 0 : f.description.global_bytes; };
+      return rank(a) < rank(b);
+    });
+  }
+  std::string names;
+  for (const Found& candidate : devices) {
+    const DeviceDescription& d = candidate.description;
+    if (selector == std::to_string(d.index)) return candidate;
+    if (lower(d.name + " " + d.platform).find(lower(selector)) != std::string::npos) return candidate;
+    names += fmt::format(" [{}] {} ({})", d.index, d.name, d.platform);
+  }
+  throw Error::format("--device {}: no such device; devices here:{}", selector, names);
+}
+
+}  // namespace
+
+struct Device::OpenCl {
+  cl_device_id device = nullptr;
+  cl_context context = nullptr;
+  cl_command_queue queue = nullptr;
+  std::unordered_map<std::string, cl_program> programs;  // by file and options
+  struct Built {
+    cl_kernel handle;
+    std::string name;
+  };
+  std::unordered_map<std::string, Built> kernels;  // by file, options and kernel name
+  std::deque<std::pair<cl_event, std::vector<unsigned char>>> uploads;
+
+  /// Frees the staging memory of transfers that are through.
+  void retire_uploads(bool all) {
+    while (!uploads.empty()) {
+      cl_int status = CL_COMPLETE;
+      clGetEventInfo(uploads.front().first, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof(status), &status, nullptr);
+      if (!all && status > CL_COMPLETE) return;
+      clReleaseEvent(uploads.front().first);
+      uploads.pop_front();
+    }
+  }
+  ~OpenCl() {
+    if (queue) clFinish(queue);
+    retire_uploads(true);
+    for (auto& [key, built] : kernels) clReleaseKernel(built.handle);
+    for (auto& [key, program] : programs) clReleaseProgram(program);
+    if (queue) clReleaseCommandQueue(queue);
+    if (context) clReleaseContext(context);
+  }
+};
+
+std::vector<DeviceDescription> Device::list() {
+  std::vector<DeviceDescription> descriptions;
+  for (const Found& found : find_devices()) descriptions.push_back(found.description);
+  return descriptions;
+}
+
+Device::Device(const DeviceOptions& options) : options_(options), open_cl_(std::make_unique<OpenCl>()) {
+  const Found found = select_device(options.selector);
+  description_ = found.description;
+  kernel_set_ = options.kernel_set.value_or(description_.is_cpu ? KernelSet::Wide : KernelSet::Gpu);
+  if (options.real == Real::Double && !description_.has_double) {
+    throw Error::format("device {}: has no double precision (cl_khr_fp64)", description_.name);
+  }
+  open_cl_->device = found.id;
+  cl_int status = CL_SUCCESS;
+  open_cl_->context = clCreateContext(nullptr, 1, &found.id, nullptr, nullptr, &status);
+  check(status, "clCreateContext");
+  open_cl_->queue = clCreateCommandQueue(open_cl_->context, found.id, options.profile ? CL_QUEUE_PROFILING_ENABLE : 0, &status);
+  check(status, "clCreateCommandQueue");
+  pool_ = std::make_unique<MemoryPool>(open_cl_->context, description_.largest_buffer_bytes, options.memory_limit);
+}
+
+Device::~Device() = default;
+
+Kernel Device::kernel(const std::string& file, const std::string& name, const Defines& defines) {
+  std::string key = file;
+  for (const Define& define : defines) {
+    key += " -D";
+    key += define.name;
+    key += '=';
+    key += define.value;
+  }
+  const std::string kernel_key = key + " " + name;
+  if (const auto found = open_cl_->kernels.find(kernel_key); found != open_cl_->kernels.end()) {
+    return Kernel(*this, found->second.handle, &found->second.name);
+  }
+  auto program = open_cl_->programs.find(key);
+  if (program == open_cl_->programs.end()) {
+    const std::string options =
+        fmt::format("-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DREAL={} -DREAL_IS_DOUBLE={} -DV={} -DWIDE={}{}",
+                    real_bytes() == 8 ? "double" : "float", real_bytes() == 8 ? 1 : 0, vector_width(), is_wide() ? 1 : 0,
+                    key.substr(file.size()));
+    const std::string source = kernel_source(file + ".cl", options_.kernel_folder);
+    program = open_cl_->programs
+                  .emplace(key, build_program(open_cl_->context, open_cl_->device, file + ".cl", source, options))
+                  .first;
+  }
+  cl_int status = CL_SUCCESS;
+  cl_kernel handle = clCreateKernel(program->second, name.c_str(), &status);
+  if (status != CL_SUCCESS) throw std::logic_error(fmt::format("kernels/{}.cl has no kernel '{}' ({})", file, name, status));
+  const auto built = open_cl_->kernels.emplace(kernel_key, OpenCl::Built{handle, name}).first;
+  return Kernel(*this, handle, &built->second.name);
+}
+
+std::shared_ptr<Memory> Device::allocate(size_t bytes) {
+  auto memory = pool_->acquire(bytes);
+  if (options_.poison_memory) fill(*memory, 0xFF, memory->bytes());
+  return memory;
+}
+
+void Device::upload(const Memory& target, const void* source, size_t bytes) {
+  if (bytes == 0) return;
+  open_cl_->retire_uploads(false);
+  const auto* begin = static_cast<const unsigned char*>(source);
+  auto& [event, staging] = open_cl_->uploads.emplace_back(nullptr, std::vector<unsigned char>(begin, begin + bytes));
+  check(clEnqueueWriteBuffer(open_cl_->queue, target.handle(), CL_FALSE, 0, bytes, staging.data(), 0, nullptr, &event),
+        "upload");
+  clFlush(open_cl_->queue);
+}
+
+void Device::download(const Memory& source, void* target, size_t bytes, size_t offset) {
+  if (bytes == 0) return;
+  check(clEnqueueReadBuffer(open_cl_->queue, source.handle(), CL_TRUE, offset, bytes, target, 0, nullptr, nullptr), "download");
+}
+
+void Device::copy(const Memory& source, const Memory& target, size_t bytes) {
+  if (bytes == 0) return;
+  check(clEnqueueCopyBuffer(open_cl_->queue, source.handle(), target.handle(), 0, 0, bytes, 0, nullptr, nullptr), "copy");
+}
+
+void Device::fill(const Memory& target, unsigned char value, size_t bytes) {
+  if (bytes == 0) return;
+  check(clEnqueueFillBuffer(open_cl_->queue, target.handle(), &value, 1, 0, bytes, 0, nullptr, nullptr), "fill");
+}
+
+void Device::finish() { check(clFinish(open_cl_->queue), "finish"); }
+
+std::vector<Profiler::Row> Device::take_profile() {
+  finish();
+  return profiler_.take_rows();
+}
+
+void Kernel::set_raw(unsigned index, size_t bytes, const void* value) const {
+  const cl_int status = clSetKernelArg(handle_, index, bytes, value);
+  if (status != CL_SUCCESS) {
+    throw std::logic_error(fmt::format("[{}] argument {} of {} bytes refused (status {})", *name_, index, bytes, status));
+  }
+}
+
+void Kernel::set_argument(unsigned index, const Tensor& tensor) const {
+  // An undefined tensor stands for an absent optional buffer: the kernel sees a null pointer.
+  cl_mem handle = tensor.defined() ? tensor.memory().handle() : nullptr;
+  set_raw(index, sizeof(handle), &handle);
+}
+
+void Kernel::set_argument(unsigned index, double real) const {
+  if (device_->real_bytes() == 8) return set_raw(index, sizeof(double), &real);
+  const float value = static_cast<float>(real);
+  set_raw(index, sizeof(value), &value);
+}
+
+void Kernel::enqueue(const Range& global, const Range& local) const {
+  if (global.size() != local.size()) throw std::logic_error(fmt::format("[{}] global and local ranks differ", *name_));
+  size_t rounded[3] = {1, 1, 1};
+  for (size_t axis = 0; axis < global.size(); ++axis) {
+    if (global[axis] == 0) return;  // nothing to do is no error
+    rounded[axis] = (global[axis] + local[axis] - 1) / local[axis] * local[axis];
+  }
+  cl_event event = nullptr;
+  const cl_int status = clEnqueueNDRangeKernel(device_->open_cl_->queue, handle_, static_cast<cl_uint>(global.size()), nullptr,
+                                               rounded, local.data(), 0, nullptr, device_->options_.profile ? &event : nullptr);
+  check(status, name_->c_str());
+  if (event) device_->profiler_.record(*name_, event);
+  ++device_->launches_;
+}
+
+}  // namespace degas

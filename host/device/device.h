@@ -1,0 +1,158 @@
+#pragma once
+
+#define CL_TARGET_OPENCL_VERSION 120
+#include <CL/cl.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "host/device/memory_pool.h"
+#include "host/device/profiler.h"
+
+namespace degas {
+
+class Device;
+class Tensor;
+
+/// The two families of kernel parameters. Wide: explicit vectors of 16, a work-group's loop is one item's (CPUs).
+/// Gpu: scalar or short vectors, cooperative work-groups with local memory. Both run on any device.
+enum class KernelSet { Wide, Gpu };
+
+/// What REAL is in the kernels. Double is for gradient checks on devices with fp64.
+enum class Real { Float, Double };
+
+struct DeviceOptions {
+  std::string selector;                  ///< index of `degas devices`, or part of a device or platform name; empty: best
+  std::optional<KernelSet> kernel_set;   ///< default: Wide on CPUs, Gpu elsewhere
+  Real real = Real::Float;
+  bool profile = false;                  ///< time every launch by events
+  bool poison_memory = false;            ///< fill fresh memory with NaN bits: tests see reads of what nobody wrote
+  size_t memory_limit = 0;               ///< bytes the pool may hold; 0: the driver decides
+  std::filesystem::path kernel_folder;   ///< read kernels from here instead of the embedded ones
+};
+
+struct DeviceDescription {
+  int index = 0;
+  std::string name, platform, version, driver;
+  bool is_cpu = false, has_double = false;
+  int compute_units = 0;
+  size_t global_bytes = 0, largest_buffer_bytes = 0, local_bytes = 0, largest_work_group = 0;
+};
+
+/// A -D option of a kernel build.
+struct Define {
+  std::string name, value;
+  Define(std::string name, std::string value) : name(std::move(name)), value(std::move(value)) {}
+  Define(std::string name, const char* value) : name(std::move(name)), value(value) {}
+  Define(std::string name, int64_t value) : name(std::move(name)), value(std::to_string(value)) {}
+  Define(std::string name, int value) : name(std::move(name)), value(std::to_string(value)) {}
+};
+using Defines = std::vector<Define>;
+
+/// Launch geometry: up to three sizes. A global size is rounded up to whole work-groups, so kernels guard their ids.
+using Range = std::vector<size_t>;
+
+/// A kernel argument of __local memory.
+struct LocalMemory {
+  size_t bytes;
+};
+
+/// A built kernel. Copyable handle; the Device owns the OpenCL object.
+class Kernel {
+ public:
+  Kernel(Device& device, cl_kernel handle, const std::string* name) : device_(&device), handle_(handle), name_(name) {}
+
+  /// Queues one run. Arguments in the kernel's order: Tensor -> __global pointer; int -> int; int64_t -> long;
+  /// uint32_t -> uint; double -> REAL; LocalMemory -> __local pointer; any other trivially copyable struct by value.
+  /// local is always given: a size left to the driver may change from call to call, and PoCL compiles each anew.
+  template <typename... Arguments>
+  void launch(const Range& global, const Range& local, const Arguments&... arguments) const {
+    unsigned index = 0;
+    (set_argument(index++, arguments), ...);
+    enqueue(global, local);
+  }
+
+ private:
+  void set_argument(unsigned index, const Tensor& tensor) const;
+  void set_argument(unsigned index, double real) const;
+  void set_argument(unsigned index, LocalMemory memory) const { set_raw(index, memory.bytes, nullptr); }
+  template <typename Value>
+  void set_argument(unsigned index, const Value& value) const {
+    static_assert(std::is_trivially_copyable_v<Value>);
+    static_assert(!std::is_same_v<Value, float>, "pass REAL arguments as double");
+    static_assert(!std::is_same_v<Value, bool>, "OpenCL has no bool arguments: pass int");
+    set_raw(index, sizeof(Value), &value);
+  }
+  void set_raw(unsigned index, size_t bytes, const void* value) const;
+  void enqueue(const Range& global, const Range& local) const;
+
+  Device* device_;
+  cl_kernel handle_;
+  const std::string* name_;
+};
+
+/// One OpenCL device with its context, its one in-order queue, its built kernels and its memory. Not thread-safe:
+/// one thread launches; loaders prepare host memory only.
+class Device {
+ public:
+  /// Every OpenCL device of the machine, in `degas devices`' order (empty if there is none).
+  static std::vector<DeviceDescription> list();
+
+  /// Throws Error when no device fits (naming those that exist), or when Real::Double is not supported.
+  explicit Device(const DeviceOptions& options = {});
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  const DeviceDescription& description() const { return description_; }
+  KernelSet kernel_set() const { return kernel_set_; }
+  bool is_wide() const { return kernel_set_ == KernelSet::Wide; }
+  /// 4 or 8: bytes of a REAL.
+  size_t real_bytes() const { return options_.real == Real::Double ? 8 : 4; }
+  /// Vector width V that pointwise kernels are built with: 16 (wide) or 1 (GPU).
+  int vector_width() const { return is_wide() ? 16 : 1; }
+
+  /// The kernel `name` of kernels/`file`.cl, built with REAL, V, WIDE (0 or 1) and the given defines; kept.
+  Kernel kernel(const std::string& file, const std::string& name, const Defines& defines = {});
+  /// Work-group size for pointwise kernels whose item i owns the V elements from i * V.
+  Range pointwise_local() const { return {is_wide() ? size_t{64} : size_t{256}}; }
+  Range pointwise_global(int64_t elements) const {
+    return {static_cast<size_t>((elements + vector_width() - 1) / vector_width())};
+  }
+
+  std::shared_ptr<Memory> allocate(size_t bytes);
+  MemoryPool::Statistics memory_statistics() const { return pool_->statistics(); }
+
+  /// Copies host bytes into a private staging area and queues the transfer: returns at once.
+  void upload(const Memory& target, const void* source, size_t bytes);
+  /// Waits for all queued work, then copies.
+  void download(const Memory& source, void* target, size_t bytes, size_t offset = 0);
+  void copy(const Memory& source, const Memory& target, size_t bytes);
+  /// Sets bytes to a repeated one-byte value.
+  void fill(const Memory& target, unsigned char value, size_t bytes);
+  void finish();
+
+  /// Number of kernel launches so far.
+  size_t launches() const { return launches_; }
+  /// Waits, then gives kernel times since the last call (DeviceOptions::profile).
+  std::vector<Profiler::Row> take_profile();
+
+ private:
+  friend class Kernel;
+  struct OpenCl;
+  DeviceOptions options_;
+  DeviceDescription description_;
+  KernelSet kernel_set_;
+  std::unique_ptr<OpenCl> open_cl_;
+  std::unique_ptr<MemoryPool> pool_;
+  Profiler profiler_;
+  size_t launches_ = 0;
+};
+
+}  // namespace degas

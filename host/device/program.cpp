@@ -1,0 +1,134 @@
+#include "host/device/program.h"
+
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <vector>
+
+#include "host/error.h"
+
+namespace degas {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string read_kernel(const std::string& file, const fs::path& folder) {
+  if (folder.empty()) {
+    const auto found = embedded_kernels().find(file);
+    if (found == embedded_kernels().end()) throw Error::format("kernels/{}: no such kernel file in this build", file);
+    return found->second;
+  }
+  std::ifstream stream(folder / file);
+  if (!stream) throw Error::format("{}: cannot read this kernel file", (folder / file).string());
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void expand(const std::string& file, const fs::path& folder, std::set<std::string>& seen, std::string& out) {
+  if (!seen.insert(file).second) return;
+  std::istringstream lines(read_kernel(file, folder));
+  for (std::string line; std::getline(lines, line);) {
+    constexpr std::string_view include = "#include \"";
+    if (line.starts_with(include)) {
+      expand(line.substr(include.size(), line.rfind('"') - include.size()), folder, seen, out);
+    } else {
+      out += line;
+      out += '\n';
+    }
+  }
+}
+
+/// FNV-1a with two offsets: 128 bits, far more than a cache of some hundred files needs.
+std::string hash(const std::string& text) {
+  uint64_t low = 0xcbf29ce484222325u, high = 0x84222325cbf29ce4u;
+  for (unsigned char c : text) {
+    low = (low ^ c) * 0x100000001b3u;
+    high = (high ^ c ^ 0x5au) * 0x100000001b3u;
+  }
+  return fmt::format("{:016x}{:016x}", low, high);
+}
+
+std::string device_text(cl_device_id device, cl_device_info key) {
+  size_t bytes = 0;
+  clGetDeviceInfo(device, key, 0, nullptr, &bytes);
+  std::string text(bytes, '\0');
+  clGetDeviceInfo(device, key, bytes, text.data(), nullptr);
+  return text;
+}
+
+cl_program from_binary(cl_context context, cl_device_id device, const fs::path& path, const std::string& options) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) return nullptr;
+  const std::vector<unsigned char> binary{std::istreambuf_iterator<char>(stream), {}};
+  if (binary.empty()) return nullptr;
+  const unsigned char* data = binary.data();
+  const size_t bytes = binary.size();
+  cl_int status = CL_SUCCESS, binary_status = CL_SUCCESS;
+  cl_program program = clCreateProgramWithBinary(context, 1, &device, &bytes, &data, &binary_status, &status);
+  if (status != CL_SUCCESS || binary_status != CL_SUCCESS) return nullptr;
+  if (clBuildProgram(program, 1, &device, options.c_str(), nullptr, nullptr) == CL_SUCCESS) return program;
+  clReleaseProgram(program);
+  return nullptr;
+}
+
+void store_binary(cl_program program, const fs::path& path) {
+  size_t bytes = 0;
+  if (clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof(bytes), &bytes, nullptr) != CL_SUCCESS || !bytes) return;
+  std::vector<unsigned char> binary(bytes);
+  unsigned char* data = binary.data();
+  if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof(data), &data, nullptr) != CL_SUCCESS) return;
+  // A cache that cannot be written costs time, not correctness: failures are let go.
+  std::error_code ignored;
+  fs::create_directories(path.parent_path(), ignored);
+  const fs::path temporary = path.string() + fmt::format(".{}.tmp", getpid());
+  {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(binary.data()), static_cast<std::streamsize>(bytes));
+    if (!stream) return;
+  }
+  fs::rename(temporary, path, ignored);
+}
+
+}  // namespace
+
+std::string kernel_source(const std::string& file, const fs::path& folder) {
+  std::set<std::string> seen;
+  std::string out;
+  expand(file, folder, seen, out);
+  return out;
+}
+
+fs::path cache_folder() {
+  if (const char* own = std::getenv("DEGAS_CACHE")) return own;
+  if (const char* xdg = std::getenv("XDG_CACHE_HOME")) return fs::path(xdg) / "degas";
+  if (const char* home = std::getenv("HOME")) return fs::path(home) / ".cache" / "degas";
+  return fs::temp_directory_path() / "degas-cache";
+}
+
+cl_program build_program(cl_context context, cl_device_id device, const std::string& name, const std::string& source,
+                         const std::string& options) {
+  const std::string key = hash(source + '\0' + options + '\0' + device_text(device, CL_DEVICE_NAME) +
+                               device_text(device, CL_DEVICE_VERSION) + device_text(device, CL_DRIVER_VERSION));
+  const fs::path path = cache_folder() / "programs" / (fs::path(name).stem().string() + "-" + key + ".bin");
+  if (cl_program cached = from_binary(context, device, path, options)) return cached;
+
+  const char* text = source.c_str();
+  const size_t length = source.size();
+  cl_int status = CL_SUCCESS;
+  cl_program program = clCreateProgramWithSource(context, 1, &text, &length, &status);
+  if (status == CL_SUCCESS) status = clBuildProgram(program, 1, &device, options.c_str(), nullptr, nullptr);
+  if (status != CL_SUCCESS) {
+    size_t bytes = 0;
+    clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &bytes);
+    std::string log(bytes, '\0');
+    clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, bytes, log.data(), nullptr);
+    throw std::logic_error(fmt::format("kernels/{} does not build with [{}] (status {}):\n{}", name, options, status, log));
+  }
+  store_binary(program, path);
+  return program;
+}
+
+}  // namespace degas

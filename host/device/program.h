@@ -1,0 +1,29 @@
+#pragma once
+
+#define CL_TARGET_OPENCL_VERSION 120
+#include <CL/cl.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace degas {
+
+/// Every file of kernels/ by its path relative to that folder ("conv2d.cl", "common/real.cl"); written by the build.
+const std::map<std::string, std::string>& embedded_kernels();
+
+/// The text of a kernel file with its #include "..." lines replaced by the files they name (each once).
+/// folder: reads from there instead of the embedded copy, for editing kernels live; empty: embedded.
+/// Throws Error naming a file that does not exist.
+std::string kernel_source(const std::string& file, const std::filesystem::path& folder);
+
+/// Where program binaries are kept: $DEGAS_CACHE, else $XDG_CACHE_HOME/degas, else ~/.cache/degas.
+std::filesystem::path cache_folder();
+
+/// Builds a program, through the binary cache: keyed by source, options, device and driver, so a change of any of
+/// them misses. A binary the driver refuses is rebuilt from source. Files are written under a temporary name and
+/// renamed, so concurrent processes see whole files only. Throws std::logic_error with the build log.
+cl_program build_program(cl_context context, cl_device_id device, const std::string& name, const std::string& source,
+                         const std::string& options);
+
+}  // namespace degas

@@ -1,0 +1,63 @@
+#include "host/ops/pointwise.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+namespace degas {
+namespace {
+
+template <typename... Arguments>
+void launch(const char* name, const Tensor& shaped_like, const Arguments&... arguments) {
+  Device& device = shaped_like.device();
+  const int64_t count = shaped_like.size();
+  device.kernel("pointwise", name).launch(device.pointwise_global(count), device.pointwise_local(), arguments..., count);
+}
+
+void require_equal_sizes(const char* operation, const Tensor& a, const Tensor& b) {
+  if (a.size() != b.size()) {
+    throw std::logic_error(fmt::format("[{}] sizes differ: {} and {}", operation, to_string(a.shape()), to_string(b.shape())));
+  }
+}
+
+}  // namespace
+
+Tensor add(Tape& tape, const Tensor& a, const Tensor& b) {
+  require_equal_sizes("add", a, b);
+  const Tensor output(tape.device(), a.shape());
+  launch("add", output, a, b, output);
+  tape.record("add", {a, b}, {output}, [=](Tape& tape) {
+    const Tensor gradient = output.gradient();
+    tape.accumulate(a, [&](const Tensor& da) { launch("scale", da, gradient, da, 1.0, 0.0); });
+    tape.accumulate(b, [&](const Tensor& db) { launch("scale", db, gradient, db, 1.0, 0.0); });
+  });
+  return output;
+}
+
+Tensor multiply(Tape& tape, const Tensor& a, const Tensor& b) {
+  require_equal_sizes("multiply", a, b);
+  const Tensor output(tape.device(), a.shape());
+  launch("multiply", output, a, b, output);
+  tape.record("multiply", {a, b}, {output}, [=](Tape& tape) {
+    const Tensor gradient = output.gradient();
+    tape.accumulate(a, [&](const Tensor& da) { launch("multiply", da, gradient, b, da); });
+    tape.accumulate(b, [&](const Tensor& db) { launch("multiply", db, gradient, a, db); });
+  });
+  return output;
+}
+
+Tensor scale(Tape& tape, const Tensor& input, double factor, double offset) {
+  const Tensor output(tape.device(), input.shape());
+  launch("scale", output, input, output, factor, offset);
+  tape.record("scale", {input}, {output}, [=](Tape& tape) {
+    tape.accumulate(input, [&](const Tensor& gradient) { launch("scale", gradient, output.gradient(), gradient, factor, 0.0); });
+  });
+  return output;
+}
+
+void add_in_place(const Tensor& target, const Tensor& source) {
+  require_equal_sizes("add_in_place", target, source);
+  launch("add_in_place", target, target, source);
+}
+
+}  // namespace degas

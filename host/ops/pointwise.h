@@ -1,0 +1,17 @@
+#pragma once
+
+#include "host/autograd/tape.h"
+
+namespace degas {
+
+/// a + b, elementwise; equal sizes.
+Tensor add(Tape& tape, const Tensor& a, const Tensor& b);
+/// a * b, elementwise; equal sizes.
+Tensor multiply(Tape& tape, const Tensor& a, const Tensor& b);
+/// factor * input + offset.
+Tensor scale(Tape& tape, const Tensor& input, double factor, double offset = 0);
+
+/// target += source, outside any tape.
+void add_in_place(const Tensor& target, const Tensor& source);
+
+}  // namespace degas
