@@ -11,8 +11,8 @@ namespace degas {
 using DifferentiableFunction = std::function<std::vector<Tensor>(Tape&, const std::vector<Tensor>&)>;
 
 struct GradientCheckOptions {
-  double step = 1e-5;            ///< half the width of the central difference
-  int samples_per_input = 64;    ///< elements checked of each input, chosen at random; all when it has fewer
+  double step = 1e-5;          ///< half the width of the central difference
+  int samples_per_input = 64;  ///< elements checked of each input, chosen at random; all when it has fewer
   unsigned seed = 1;
 };
 

@@ -45,8 +45,8 @@ void Tape::backward(const Tensor& loss) {
     // Popping as we go gives each step's tensors back to the pool while the walk continues.
     Step step = std::move(steps_.back());
     steps_.pop_back();
-    const bool reached =
-        std::any_of(step.outputs.begin(), step.outputs.end(), [](const Tensor& output) { return output.has_gradient(); });
+    const bool reached = std::any_of(step.outputs.begin(), step.outputs.end(),
+                                     [](const Tensor& output) { return output.has_gradient(); });
     if (reached) step.backward(*this);
     for (Tensor& output : step.outputs) output.clear_gradient();
   }

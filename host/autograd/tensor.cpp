@@ -10,10 +10,14 @@ namespace {
 
 size_t element_bytes(const Device& device, Element element) {
   switch (element) {
-    case Element::Real: return device.real_bytes();
-    case Element::UInt64: return 8;
-    case Element::UInt8: return 1;
-    default: return 4;
+    case Element::Real:
+      return device.real_bytes();
+    case Element::UInt64:
+      return 8;
+    case Element::UInt8:
+      return 1;
+    default:
+      return 4;
   }
 }
 
@@ -51,12 +55,14 @@ int64_t element_count(const Shape& shape) {
   return std::accumulate(shape.begin(), shape.end(), int64_t{1}, std::multiplies<>());
 }
 
-std::string to_string(const Shape& shape) { return fmt::format("({})", fmt::join(shape, ", ")); }
+std::string to_string(const Shape& shape) {
+  return fmt::format("({})", fmt::join(shape, ", "));
+}
 
 Tensor::Tensor(Device& device, Shape shape, Element element)
     : shape_(std::move(shape)),
-      storage_(std::make_shared<Storage>(
-          Storage{device, element, device.allocate(element_count(shape_) * element_bytes(device, element)), false, nullptr})) {}
+      storage_(std::make_shared<Storage>(Storage{
+          device, element, device.allocate(element_count(shape_) * element_bytes(device, element)), false, nullptr})) {}
 
 Tensor Tensor::zeros(Device& device, Shape shape, Element element) {
   Tensor tensor(device, std::move(shape), element);
@@ -85,7 +91,9 @@ Tensor Tensor::from(Device& device, Shape shape, std::span<const uint8_t> values
   return tensor;
 }
 
-size_t Tensor::bytes() const { return size() * element_bytes(device(), element()); }
+size_t Tensor::bytes() const {
+  return size() * element_bytes(device(), element());
+}
 
 Tensor Tensor::reshaped(Shape shape) const {
   if (element_count(shape) != size()) {
@@ -125,8 +133,12 @@ std::vector<uint8_t> Tensor::to_host<uint8_t>() const {
   return download_as<uint8_t>(*this);
 }
 
-void Tensor::upload(std::span<const float> values) { upload_real(*this, values); }
-void Tensor::upload(std::span<const double> values) { upload_real(*this, values); }
+void Tensor::upload(std::span<const float> values) {
+  upload_real(*this, values);
+}
+void Tensor::upload(std::span<const double> values) {
+  upload_real(*this, values);
+}
 void Tensor::upload(std::span<const int32_t> values) {
   require_count(shape_, values);
   device().upload(memory(), values.data(), values.size_bytes());
@@ -136,7 +148,9 @@ void Tensor::upload(std::span<const uint8_t> values) {
   device().upload(memory(), values.data(), values.size_bytes());
 }
 
-void Tensor::fill_zero() { device().fill(memory(), 0, bytes()); }
+void Tensor::fill_zero() {
+  device().fill(memory(), 0, bytes());
+}
 
 Tensor& Tensor::set_requires_gradient(bool value) {
   storage_->requires_gradient = value;
@@ -151,6 +165,8 @@ Tensor Tensor::gradient() const {
   return result;
 }
 
-void Tensor::set_gradient(const Tensor& gradient) { storage_->gradient = gradient.storage_->memory; }
+void Tensor::set_gradient(const Tensor& gradient) {
+  storage_->gradient = gradient.storage_->memory;
+}
 
 }  // namespace degas

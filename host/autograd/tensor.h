@@ -20,8 +20,8 @@ std::string to_string(const Shape& shape);
 enum class Element { Real, Int32, UInt32, UInt64, UInt8 };
 
 /// A dense array in device memory, with its gradient once a backward pass has made one. A handle: copies share
-/// memory and gradient. Memory is padded to at least 64 elements' multiple (MemoryPool), so a vector kernel may load and
-/// store past the end within its last vector.
+/// memory and gradient. Memory is padded to at least 64 elements' multiple (MemoryPool), so a vector kernel may load
+/// and store past the end within its last vector.
 class Tensor {
  public:
   Tensor() = default;

@@ -17,7 +17,8 @@ void check(cl_int status, const char* what) {
   if (status == CL_SUCCESS) return;
   if (status == CL_MEM_OBJECT_ALLOCATION_FAILURE || status == CL_OUT_OF_RESOURCES || status == CL_OUT_OF_HOST_MEMORY) {
     throw Error::format(
-        "device out of memory in {} (OpenCL status {}); lower the resolution, the width or views_per_step", what, status);
+        "device out of memory in {} (OpenCL status {}); lower the resolution, the width or views_per_step", what,
+        status);
   }
   throw std::logic_error(fmt::format("[{}] OpenCL status {}", what, status));
 }
@@ -159,7 +160,8 @@ Device::Device(const DeviceOptions& options) : options_(options), open_cl_(std::
   cl_int status = CL_SUCCESS;
   open_cl_->context = clCreateContext(nullptr, 1, &found.id, nullptr, nullptr, &status);
   check(status, "clCreateContext");
-  open_cl_->queue = clCreateCommandQueue(open_cl_->context, found.id, options.profile ? CL_QUEUE_PROFILING_ENABLE : 0, &status);
+  open_cl_->queue =
+      clCreateCommandQueue(open_cl_->context, found.id, options.profile ? CL_QUEUE_PROFILING_ENABLE : 0, &status);
   check(status, "clCreateCommandQueue");
   pool_ = std::make_unique<MemoryPool>(open_cl_->context, description_.largest_buffer_bytes, options.memory_limit);
 }
@@ -182,8 +184,8 @@ Kernel Device::kernel(const std::string& file, const std::string& name, const De
   if (program == open_cl_->programs.end()) {
     const std::string options =
         fmt::format("-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DREAL={} -DREAL_IS_DOUBLE={} -DV={} -DWIDE={}{}",
-                    real_bytes() == 8 ? "double" : "float", real_bytes() == 8 ? 1 : 0, vector_width(), is_wide() ? 1 : 0,
-                    key.substr(file.size()));
+                    real_bytes() == 8 ? "double" : "float", real_bytes() == 8 ? 1 : 0, vector_width(),
+                    is_wide() ? 1 : 0, key.substr(file.size()));
     const std::string source = kernel_source(file + ".cl", options_.kernel_folder);
     program = open_cl_->programs
                   .emplace(key, build_program(open_cl_->context, open_cl_->device, file + ".cl", source, options))
@@ -191,7 +193,8 @@ Kernel Device::kernel(const std::string& file, const std::string& name, const De
   }
   cl_int status = CL_SUCCESS;
   cl_kernel handle = clCreateKernel(program->second, name.c_str(), &status);
-  if (status != CL_SUCCESS) throw std::logic_error(fmt::format("kernels/{}.cl has no kernel '{}' ({})", file, name, status));
+  if (status != CL_SUCCESS)
+    throw std::logic_error(fmt::format("kernels/{}.cl has no kernel '{}' ({})", file, name, status));
   const auto built = open_cl_->kernels.emplace(kernel_key, OpenCl::Built{handle, name}).first;
   return Kernel(*this, handle, &built->second.name);
 }
@@ -214,12 +217,14 @@ void Device::upload(const Memory& target, const void* source, size_t bytes) {
 
 void Device::download(const Memory& source, void* target, size_t bytes, size_t offset) {
   if (bytes == 0) return;
-  check(clEnqueueReadBuffer(open_cl_->queue, source.handle(), CL_TRUE, offset, bytes, target, 0, nullptr, nullptr), "download");
+  check(clEnqueueReadBuffer(open_cl_->queue, source.handle(), CL_TRUE, offset, bytes, target, 0, nullptr, nullptr),
+        "download");
 }
 
 void Device::copy(const Memory& source, const Memory& target, size_t bytes) {
   if (bytes == 0) return;
-  check(clEnqueueCopyBuffer(open_cl_->queue, source.handle(), target.handle(), 0, 0, bytes, 0, nullptr, nullptr), "copy");
+  check(clEnqueueCopyBuffer(open_cl_->queue, source.handle(), target.handle(), 0, 0, bytes, 0, nullptr, nullptr),
+        "copy");
 }
 
 void Device::fill(const Memory& target, unsigned char value, size_t bytes) {
@@ -227,7 +232,9 @@ void Device::fill(const Memory& target, unsigned char value, size_t bytes) {
   check(clEnqueueFillBuffer(open_cl_->queue, target.handle(), &value, 1, 0, bytes, 0, nullptr, nullptr), "fill");
 }
 
-void Device::finish() { check(clFinish(open_cl_->queue), "finish"); }
+void Device::finish() {
+  check(clFinish(open_cl_->queue), "finish");
+}
 
 std::vector<Profiler::Row> Device::take_profile() {
   finish();
@@ -237,7 +244,8 @@ std::vector<Profiler::Row> Device::take_profile() {
 void Kernel::set_raw(unsigned index, size_t bytes, const void* value) const {
   const cl_int status = clSetKernelArg(handle_, index, bytes, value);
   if (status != CL_SUCCESS) {
-    throw std::logic_error(fmt::format("[{}] argument {} of {} bytes refused (status {})", *name_, index, bytes, status));
+    throw std::logic_error(
+        fmt::format("[{}] argument {} of {} bytes refused (status {})", *name_, index, bytes, status));
   }
 }
 
@@ -261,8 +269,9 @@ void Kernel::enqueue(const Range& global, const Range& local) const {
     rounded[axis] = (global[axis] + local[axis] - 1) / local[axis] * local[axis];
   }
   cl_event event = nullptr;
-  const cl_int status = clEnqueueNDRangeKernel(device_->open_cl_->queue, handle_, static_cast<cl_uint>(global.size()), nullptr,
-                                               rounded, local.data(), 0, nullptr, device_->options_.profile ? &event : nullptr);
+  const cl_int status =
+      clEnqueueNDRangeKernel(device_->open_cl_->queue, handle_, static_cast<cl_uint>(global.size()), nullptr, rounded,
+                             local.data(), 0, nullptr, device_->options_.profile ? &event : nullptr);
   check(status, name_->c_str());
   if (event) device_->profiler_.record(*name_, event);
   ++device_->launches_;

@@ -28,13 +28,13 @@ enum class KernelSet { Wide, Gpu };
 enum class Real { Float, Double };
 
 struct DeviceOptions {
-  std::string selector;                  ///< index of `degas devices`, or part of a device or platform name; empty: best
-  std::optional<KernelSet> kernel_set;   ///< default: Wide on CPUs, Gpu elsewhere
+  std::string selector;                 ///< index of `degas devices`, or part of a device or platform name; empty: best
+  std::optional<KernelSet> kernel_set;  ///< default: Wide on CPUs, Gpu elsewhere
   Real real = Real::Float;
-  bool profile = false;                  ///< time every launch by events
-  bool poison_memory = false;            ///< fill fresh memory with NaN bits: tests see reads of what nobody wrote
-  size_t memory_limit = 0;               ///< bytes the pool may hold; 0: the driver decides
-  std::filesystem::path kernel_folder;   ///< read kernels from here instead of the embedded ones
+  bool profile = false;                 ///< time every launch by events
+  bool poison_memory = false;           ///< fill fresh memory with NaN bits: tests see reads of what nobody wrote
+  size_t memory_limit = 0;              ///< bytes the pool may hold; 0: the driver decides
+  std::filesystem::path kernel_folder;  ///< read kernels from here instead of the embedded ones
 };
 
 struct DeviceDescription {

@@ -37,7 +37,7 @@ size_t memory_size_class(size_t bytes) {
 
 MemoryPool::MemoryPool(cl_context context, size_t largest_buffer, size_t limit)
     : state_(std::make_shared<State>(State{context, largest_buffer, limit, {}, {}})) {
-  // Tensors may outlive the Device; the state, which they keep alive through their deleter, holds the context.
+  // Memory on loan keeps the state alive, and the state the context it must be released to.
   clRetainContext(context);
 }
 
@@ -84,6 +84,8 @@ std::shared_ptr<Memory> MemoryPool::acquire(size_t bytes) {
   });
 }
 
-MemoryPool::Statistics MemoryPool::statistics() const { return state_->statistics; }
+MemoryPool::Statistics MemoryPool::statistics() const {
+  return state_->statistics;
+}
 
 }  // namespace degas

@@ -76,7 +76,8 @@ cl_program from_binary(cl_context context, cl_device_id device, const fs::path& 
 
 void store_binary(cl_program program, const fs::path& path) {
   size_t bytes = 0;
-  if (clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof(bytes), &bytes, nullptr) != CL_SUCCESS || !bytes) return;
+  if (clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof(bytes), &bytes, nullptr) != CL_SUCCESS || !bytes)
+    return;
   std::vector<unsigned char> binary(bytes);
   unsigned char* data = binary.data();
   if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof(data), &data, nullptr) != CL_SUCCESS) return;
@@ -125,7 +126,8 @@ cl_program build_program(cl_context context, cl_device_id device, const std::str
     clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &bytes);
     std::string log(bytes, '\0');
     clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, bytes, log.data(), nullptr);
-    throw std::logic_error(fmt::format("kernels/{} does not build with [{}] (status {}):\n{}", name, options, status, log));
+    throw std::logic_error(
+        fmt::format("kernels/{} does not build with [{}] (status {}):\n{}", name, options, status, log));
   }
   store_binary(program, path);
   return program;

@@ -11,12 +11,14 @@ template <typename... Arguments>
 void launch(const char* name, const Tensor& shaped_like, const Arguments&... arguments) {
   Device& device = shaped_like.device();
   const int64_t count = shaped_like.size();
-  device.kernel("pointwise", name).launch(device.pointwise_global(count), device.pointwise_local(), arguments..., count);
+  device.kernel("pointwise", name)
+      .launch(device.pointwise_global(count), device.pointwise_local(), arguments..., count);
 }
 
 void require_equal_sizes(const char* operation, const Tensor& a, const Tensor& b) {
   if (a.size() != b.size()) {
-    throw std::logic_error(fmt::format("[{}] sizes differ: {} and {}", operation, to_string(a.shape()), to_string(b.shape())));
+    throw std::logic_error(
+        fmt::format("[{}] sizes differ: {} and {}", operation, to_string(a.shape()), to_string(b.shape())));
   }
 }
 
@@ -50,7 +52,8 @@ Tensor scale(Tape& tape, const Tensor& input, double factor, double offset) {
   const Tensor output(tape.device(), input.shape());
   launch("scale", output, input, output, factor, offset);
   tape.record("scale", {input}, {output}, [=](Tape& tape) {
-    tape.accumulate(input, [&](const Tensor& gradient) { launch("scale", gradient, output.gradient(), gradient, factor, 0.0); });
+    tape.accumulate(
+        input, [&](const Tensor& gradient) { launch("scale", gradient, output.gradient(), gradient, factor, 0.0); });
   });
   return output;
 }

@@ -25,8 +25,8 @@ Tensor scaled_sum(Tape& tape, const char* operation, const Tensor& input, double
     tape.accumulate(input, [&](const Tensor& gradient) {
       Device& device = tape.device();
       device.kernel("reduction", "broadcast", {{"BLOCK", block}})
-          .launch(device.pointwise_global(gradient.size()), device.pointwise_local(), output.gradient(), gradient, factor,
-                  gradient.size());
+          .launch(device.pointwise_global(gradient.size()), device.pointwise_local(), output.gradient(), gradient,
+                  factor, gradient.size());
     });
   });
   return output;
@@ -34,7 +34,9 @@ Tensor scaled_sum(Tape& tape, const char* operation, const Tensor& input, double
 
 }  // namespace
 
-Tensor sum(Tape& tape, const Tensor& input) { return scaled_sum(tape, "sum", input, 1.0); }
+Tensor sum(Tape& tape, const Tensor& input) {
+  return scaled_sum(tape, "sum", input, 1.0);
+}
 
 Tensor mean(Tape& tape, const Tensor& input) {
   return scaled_sum(tape, "mean", input, 1.0 / static_cast<double>(input.size()));

@@ -23,7 +23,9 @@ Device& device(KernelSet kernel_set, Real real) {
   return *slot;
 }
 
-std::vector<KernelSet> kernel_sets() { return {KernelSet::Wide, KernelSet::Gpu}; }
+std::vector<KernelSet> kernel_sets() {
+  return {KernelSet::Wide, KernelSet::Gpu};
+}
 
 std::vector<double> random_values(int64_t count, unsigned seed, double low, double high) {
   std::mt19937 random(seed);

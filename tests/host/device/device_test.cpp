@@ -1,0 +1,66 @@
+#include "host/device/device.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "host/device/program.h"
+#include "host/error.h"
+#include "host/ops/pointwise.h"
+#include "tests/support/test_devices.h"
+
+using namespace degas;
+namespace fs = std::filesystem;
+
+TEST_CASE("an unknown device is refused by name, listing those that exist") {
+  DeviceOptions options;
+  options.selector = "no such accelerator";
+  CHECK_THROWS_WITH(Device(options), Catch::Contains("no such accelerator") && Catch::Contains(Device::list()[0].name));
+}
+
+TEST_CASE("kernels of a folder override the embedded ones, and a missing file is named") {
+  const fs::path folder = fs::temp_directory_path() / "degas_kernel_folder";
+  fs::create_directories(folder / "common");
+  std::ofstream(folder / "common" / "one.cl") << "#define ONE 1\n";
+  std::ofstream(folder / "a.cl") << "#include \"common/one.cl\"\n#include \"common/one.cl\"\nint x = ONE;\n";
+  CHECK(kernel_source("a.cl", folder) == "#define ONE 1\nint x = ONE;\n");
+  CHECK_THROWS_WITH(kernel_source("absent.cl", folder), Catch::Contains("absent.cl"));
+  CHECK(kernel_source("pointwise.cl", {}).find("kernel void add") != std::string::npos);
+}
+
+TEST_CASE("program binaries are cached, and a damaged one is rebuilt") {
+  const fs::path folder = fs::temp_directory_path() / "degas_program_cache_test";
+  fs::remove_all(folder);
+  setenv("DEGAS_CACHE", folder.c_str(), 1);
+  const auto run = [] {
+    auto& device = *new Device(DeviceOptions{});  // never destroyed: see test_devices.cpp
+    Tape tape(device, false);
+    const std::vector<float> values = {1, 2, 3};
+    return scale(tape, Tensor::from(device, {3}, std::span<const float>(values)), 2).to_host<float>();
+  };
+  const std::vector<float> expected = {2, 4, 6};
+  CHECK(run() == expected);
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder / "programs")) files.push_back(entry.path());
+  REQUIRE(files.size() == 1);
+  CHECK(run() == expected);
+  std::ofstream(files[0], std::ios::binary | std::ios::trunc) << "not a program";
+  CHECK(run() == expected);
+  CHECK(fs::file_size(files[0]) > 100);
+  unsetenv("DEGAS_CACHE");
+}
+
+TEST_CASE("the profiler counts launches by kernel") {
+  DeviceOptions options;
+  options.profile = true;
+  auto& device = *new Device(options);
+  Tape tape(device, false);
+  const Tensor x = test::random_tensor(device, {100}, 1);
+  add(tape, add(tape, x, x), x);
+  const auto rows = device.take_profile();
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0].kernel == "add");
+  CHECK(rows[0].launches == 2);
+  CHECK(rows[0].milliseconds > 0);
+  CHECK(device.take_profile().empty());
+}

@@ -1,0 +1,65 @@
+#include "host/io/checkpoint.h"
+
+#include <fstream>
+
+#include "host/error.h"
+#include "tests/support/test_devices.h"
+
+using namespace degas;
+namespace fs = std::filesystem;
+
+namespace {
+
+Checkpoint example() {
+  return {{{"step", 7}, {"config", {{"width", 0.5}}}}, {{"a", {1, 2, 3}}, {"empty", {}}, {"b", {-0.5f}}}};
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write_bytes(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+}  // namespace
+
+TEST_CASE("a checkpoint comes back as it was written, and equal contents give equal bytes") {
+  const fs::path folder = fs::temp_directory_path() / "degas_checkpoint_test";
+  fs::create_directories(folder);
+  write_checkpoint(folder / "one.bin", example());
+  write_checkpoint(folder / "two.bin", example());
+  const Checkpoint read = read_checkpoint(folder / "one.bin");
+  CHECK(read.header == example().header);
+  CHECK(read.arrays == example().arrays);
+  CHECK(bytes_of(folder / "one.bin") == bytes_of(folder / "two.bin"));
+  CHECK(!fs::exists(folder / "one.bin.tmp"));
+  CHECK(read.array("b", 1, "one.bin").front() == -0.5f);
+  CHECK_THROWS_WITH(read.array("c", 1, "one.bin"), Catch::Contains("one.bin") && Catch::Contains("'c'"));
+  CHECK_THROWS_WITH(read.array("b", 2, "one.bin"), Catch::Contains("needs 2"));
+}
+
+TEST_CASE("a damaged checkpoint is refused, whatever byte is wrong or missing") {
+  const fs::path folder = fs::temp_directory_path() / "degas_checkpoint_test";
+  fs::create_directories(folder);
+  const fs::path path = folder / "damaged.bin";
+  write_checkpoint(path, example());
+  const std::string good = bytes_of(path);
+  for (size_t i = 0; i < good.size(); ++i) {
+    std::string bad = good;
+    bad[i] ^= 0x41;
+    write_bytes(path, bad);
+    CHECK_THROWS_AS(read_checkpoint(path), Error);
+    write_bytes(path, good.substr(0, i));
+    CHECK_THROWS_AS(read_checkpoint(path), Error);
+  }
+  write_bytes(path, good + "x");
+  CHECK_THROWS_AS(read_checkpoint(path), Error);
+  CHECK_THROWS_WITH(read_checkpoint(folder / "absent.bin"), Catch::Contains("absent.bin"));
+}
+
+TEST_CASE("a checkpoint that cannot be written leaves the old one") {
+  const fs::path folder = fs::temp_directory_path() / "degas_checkpoint_test" / "no" / "such" / "folder";
+  CHECK_THROWS_WITH(write_checkpoint(folder / "x.bin", example()), Catch::Contains("x.bin"));
+}
