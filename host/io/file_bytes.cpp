@@ -1,0 +1,62 @@
+#include "host/io/file_bytes.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "host/error.h"
+
+namespace degas {
+namespace fs = std::filesystem;
+
+std::vector<std::byte> read_file_bytes(const fs::path& path) {
+  std::error_code failure;
+  if (!fs::is_regular_file(path, failure)) throw Error::format("{}: no such file", path.string());
+  const uintmax_t size = fs::file_size(path, failure);
+  std::ifstream stream(path, std::ios::binary);
+  if (failure || !stream) throw Error::format("{}: cannot be opened for reading", path.string());
+  std::vector<std::byte> bytes(size);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (static_cast<uintmax_t>(stream.gcount()) != size)
+    throw Error::format("{}: cannot be read to its end", path.string());
+  return bytes;
+}
+
+fs::path temporary_name(const fs::path& path) {
+  static std::atomic<int> calls = 0;
+  const std::string name =
+      fmt::format(".{}.{}-{}.tmp{}", path.stem().string(), getpid(), calls++, path.extension().string());
+  return path.parent_path() / name;
+}
+
+void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
+  std::error_code ignored;
+  if (path.has_parent_path()) fs::create_directories(path.parent_path(), ignored);
+  const fs::path temporary = temporary_name(path);
+  const auto fail = [&](int reason) {
+    fs::remove(temporary, ignored);
+    throw Error::format("{}: cannot be written: {}", path.string(), std::strerror(reason));
+  };
+  const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file < 0) fail(errno);
+  for (size_t done = 0; done < bytes.size();) {
+    const ssize_t written = write(file, bytes.data() + done, bytes.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      const int reason = errno;
+      close(file);
+      fail(reason);
+    }
+    done += static_cast<size_t>(written);
+  }
+  const bool flushed = fsync(file) == 0;
+  const int reason = errno;
+  if (close(file) != 0 || !flushed) fail(reason);
+  if (std::rename(temporary.c_str(), path.c_str()) != 0) fail(errno);
+}
+
+}  // namespace degas
