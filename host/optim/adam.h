@@ -1,0 +1,65 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/autograd/tensor.h"
+
+namespace degas {
+
+struct AdamOptions {
+  double beta1 = 0.9, beta2 = 0.999;
+  double epsilon = 1e-15;
+  /// A norm over all gradients above clip_above is scaled to clip_to (the method's rule: above 1 to 0.1; the usual
+  /// clip has both equal). clip_above 0: gradients are never scaled.
+  double clip_above = 1, clip_to = 0.1;
+};
+
+/// Adam (Kingma & Ba, 2015, with bias correction) over named parameters, entirely on the device: the host queues
+/// launches and reads nothing back. A step whose global gradient norm is not finite (in the device's REAL) changes
+/// neither parameters nor moments and is counted. Bit-reproducible.
+class Adam {
+ public:
+  struct Parameter {
+    std::string name;
+    int group;  ///< index into the learning rates of step()
+    Tensor value;
+    Tensor first_moment, second_moment;  ///< of value's shape; zero until the first step
+  };
+  struct Counters {
+    int applied = 0, skipped = 0, skipped_in_a_row = 0;
+    double last_norm = 0;  ///< of the last step, before clipping
+  };
+  /// Everything besides moments that a checkpoint needs to go on with the same bits.
+  struct Progress {
+    Counters counters;
+    std::vector<int32_t> applied;  ///< updates of each parameter, in the order of parameters()
+  };
+
+  explicit Adam(Device& device, const AdamOptions& options = {});
+
+  /// Throws std::logic_error when the name is taken. Not after the first step().
+  void add(const std::string& name, const Tensor& value, int group = 0);
+  /// In order of name.
+  const std::vector<Parameter>& parameters() const { return parameters_; }
+
+  /// One step on the gradients that the parameters hold; one without a gradient is left alone, its bias correction
+  /// too. learning_rates: one per group. Gradients are given back afterwards.
+  void step(const std::vector<double>& learning_rates);
+  void clear_gradients();
+
+  /// Waits for the device: for progress reports and checkpoints, not for every step.
+  Counters counters() const;
+  Progress progress() const;
+  void restore(const Progress& progress);
+
+ private:
+  void prepare();
+
+  Device& device_;
+  AdamOptions options_;
+  std::vector<Parameter> parameters_;
+  Tensor partial_, present_, applied_, bias_, state_, counters_;
+};
+
+}  // namespace degas

@@ -1,0 +1,172 @@
+#include "host/optim/adam.h"
+
+#include <cmath>
+#include <limits>
+
+#include "host/io/npz.h"
+#include "tests/support/test_devices.h"
+
+using namespace degas;
+using namespace degas::test;
+
+namespace {
+
+void give_gradient(Tensor parameter, const std::vector<double>& values) {
+  parameter.set_gradient(Tensor::from(parameter.device(), parameter.shape(), std::span<const double>(values)));
+}
+
+/// Sizes around every border of vectors, blocks and groups; three random steps.
+std::vector<std::vector<float>> some_steps(Device& device) {
+  Adam adam(device);
+  std::vector<Tensor> tensors;
+  unsigned seed = 1;
+  for (int64_t size : {1, 15, 17, 4096, 4097, 100003}) {
+    tensors.push_back(random_tensor(device, {size}, seed++));
+    adam.add("parameter" + std::to_string(size), tensors.back());
+  }
+  for (int step = 0; step < 3; ++step) {
+    for (Tensor& tensor : tensors) give_gradient(tensor, random_values(tensor.size(), seed++));
+    adam.step({1e-3});
+  }
+  std::vector<std::vector<float>> values;
+  for (const Tensor& tensor : tensors) values.push_back(tensor.to_host<float>());
+  return values;
+}
+
+}  // namespace
+
+TEST_CASE("Adam follows torch: clipping, two groups, an absent gradient, a skipped step") {
+  const auto set = GENERATE(from_range(kernel_sets()));
+  const auto real = GENERATE(Real::Float, Real::Double);
+  Device& device = test::device(set, real);
+  const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/adam.npz");
+  const std::vector<double> rates = file.read("rates").doubles();
+  const auto tensor_of = [&](const char* key) {
+    const NpyArray array = file.read(key);
+    return Tensor::from(device, array.shape, std::span<const double>(array.doubles()));
+  };
+  Tensor a = tensor_of("a"), b = tensor_of("b");
+  Adam adam(device, {.beta2 = 0.99});
+  adam.add("b", b, 1);
+  adam.add("a", a, 0);
+  CHECK(adam.parameters()[0].name == "a");
+  for (size_t step = 0; step < rates.size(); ++step) {
+    give_gradient(a, file.read("gradient_a" + std::to_string(step)).doubles());
+    if (step != 2) give_gradient(b, file.read("gradient_b" + std::to_string(step)).doubles());
+    adam.step({rates[step], 0.5 * rates[step]});
+    CHECK_FALSE(a.has_gradient());
+    if (step == 5) {
+      CHECK(adam.counters().skipped_in_a_row == 1);
+    } else {
+      const double norm = file.read("norm" + std::to_string(step)).doubles()[0];
+      CHECK(adam.counters().last_norm == Approx(norm).epsilon(1e-6));
+    }
+  }
+  const double bar = real == Real::Double ? 1e-13 : 2e-6;
+  CHECK(largest_difference(a.to_host<double>(), file.read("a_end").doubles()) < bar);
+  CHECK(largest_difference(b.to_host<double>(), file.read("b_end").doubles()) < bar);
+  CHECK(largest_difference(adam.parameters()[0].first_moment.to_host<double>(), file.read("a_moment").doubles()) < bar);
+  CHECK(largest_difference(adam.parameters()[1].second_moment.to_host<double>(), file.read("b_moment2").doubles()) <
+        bar);
+  CHECK(adam.counters().applied == 8);
+  CHECK(adam.counters().skipped == 1);
+  CHECK(adam.counters().skipped_in_a_row == 0);
+  CHECK(adam.progress().applied == std::vector<int32_t>{8, 7});
+}
+
+TEST_CASE("a step with a NaN, an infinity or an overflowing norm changes nothing and is counted") {
+  const auto set = GENERATE(from_range(kernel_sets()));
+  Device& device = test::device(set);
+  Tensor good = random_tensor(device, {33}, 1), bad = random_tensor(device, {4097}, 2);
+  Adam adam(device);
+  adam.add("good", good);
+  adam.add("bad", bad);
+  give_gradient(good, random_values(33, 3));
+  give_gradient(bad, random_values(4097, 4));
+  double squares = 0;
+  for (const Tensor& tensor : {good, bad}) {
+    for (double value : tensor.gradient().to_host<double>()) squares += value * value;
+  }
+  adam.step({0.1});
+  CHECK(adam.counters().last_norm == Approx(std::sqrt(squares)).epsilon(1e-6));
+  const auto good_before = good.to_host<float>(), bad_before = bad.to_host<float>();
+  const auto moment_before = adam.parameters()[1].second_moment.to_host<float>();
+  int skipped = 0;
+  for (const double poison : {std::nan(""), -std::numeric_limits<double>::infinity(), 1e30}) {
+    for (const size_t place : {0, 4095, 4096}) {
+      std::vector<double> values = random_values(4097, 5);
+      values[place] = poison;
+      give_gradient(good, random_values(33, 6));
+      give_gradient(bad, values);
+      adam.step({0.1});
+      CHECK(adam.counters().skipped_in_a_row == ++skipped);
+    }
+  }
+  CHECK(good.to_host<float>() == good_before);
+  CHECK(bad.to_host<float>() == bad_before);
+  CHECK(adam.parameters()[1].second_moment.to_host<float>() == moment_before);
+  CHECK(adam.counters().applied == 1);
+  CHECK(adam.counters().skipped == 9);
+}
+
+TEST_CASE("Adam gives the same bits each time, and close ones by both kernel sets") {
+  const auto wide = some_steps(test::device(KernelSet::Wide)), gpu = some_steps(test::device(KernelSet::Gpu));
+  CHECK(wide == some_steps(test::device(KernelSet::Wide)));
+  CHECK(gpu == some_steps(test::device(KernelSet::Gpu)));
+  for (size_t i = 0; i < wide.size(); ++i) {
+    const std::vector<double> a(wide[i].begin(), wide[i].end()), b(gpu[i].begin(), gpu[i].end());
+    CHECK(largest_difference(a, b) < 1e-6);
+  }
+}
+
+TEST_CASE("Adam restored from its moments and progress goes on with the same bits") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const std::vector<double> start = random_values(100, 1);
+  const auto run = [&](bool interrupted) {
+    Tensor value = Tensor::from(device, {100}, std::span<const double>(start));
+    Adam first(device), second(device);
+    first.add("p", value);
+    second.add("p", value);
+    Adam* adam = &first;
+    for (int step = 0; step < 6; ++step) {
+      if (interrupted && step == 3) {
+        const Adam::Parameter& from = first.parameters()[0];
+        Tensor(second.parameters()[0].first_moment).upload(std::span<const float>(from.first_moment.to_host<float>()));
+        Tensor(second.parameters()[0].second_moment)
+            .upload(std::span<const float>(from.second_moment.to_host<float>()));
+        second.restore(first.progress());
+        adam = &second;
+      }
+      give_gradient(value, random_values(100, 10 + step, -0.01, 0.01));
+      adam->step({1e-2});
+    }
+    CHECK(adam->counters().applied == 6);
+    return value.to_host<float>();
+  };
+  CHECK(run(false) == run(true));
+}
+
+TEST_CASE("Adam refuses a taken name, a late parameter and a group without a rate") {
+  Device& device = test::device(KernelSet::Wide);
+  Tensor value = random_tensor(device, {3}, 1);
+  Adam adam(device);
+  adam.add("p", value, 1);
+  CHECK_THROWS_AS(adam.add("p", value), std::logic_error);
+  CHECK_THROWS_AS(adam.step({0.1}), std::logic_error);
+  CHECK_THROWS_AS(adam.add("q", value), std::logic_error);
+}
+
+TEST_CASE("plain clipping scales to the bound itself; 0 switches it off") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const auto moment_after = [&](AdamOptions options) {
+    Tensor value = random_tensor(device, {2}, 1);
+    Adam adam(device, options);
+    adam.add("p", value);
+    give_gradient(value, {30, 40});
+    adam.step({0.1});
+    return adam.parameters()[0].first_moment.to_host<double>();
+  };
+  CHECK(largest_difference(moment_after({.clip_above = 2, .clip_to = 2}), {0.12, 0.16}) < 1e-6);
+  CHECK(largest_difference(moment_after({.clip_above = 0}), {3, 4}) < 1e-6);
+  CHECK(largest_difference(moment_after({}), {0.006, 0.008}) < 1e-6);
+}

@@ -1,0 +1,38 @@
+"""Writes adam.npz: the path of torch.optim.Adam on two parameters with given gradients, in double precision.
+
+Clipping is applied to the gradients beforehand by the method's rule (a norm above 1 is scaled to 0.1). The second
+parameter has no gradient in step 2; step 5 has a NaN gradient and is left out, as the optimiser must leave it out.
+"""
+import os
+import numpy as np
+import torch
+
+torch.manual_seed(3)
+steps, skipped, absent = 9, 5, 2
+rates = np.linspace(1e-2, 2e-3, steps)
+values = [torch.randn(1031).double(), torch.randn(7, 3).double()]
+parameters = [torch.nn.Parameter(v.clone()) for v in values]
+optimizer = torch.optim.Adam([{"params": [parameters[0]]}, {"params": [parameters[1]]}], eps=1e-15, betas=(0.9, 0.99))
+arrays = {"a": values[0].numpy(), "b": values[1].numpy(), "rates": rates}
+for step in range(steps):
+    gradients = [torch.randn_like(v) * (0.04 if step % 2 else 0.002) for v in values]
+    gradients = [g.float().double() for g in gradients]
+    arrays[f"gradient_a{step}"] = gradients[0].float().numpy()
+    arrays[f"gradient_b{step}"] = gradients[1].float().numpy()
+    if step == skipped:
+        arrays[f"gradient_a{step}"][17] = np.nan
+        continue
+    if step == absent:
+        gradients[1] = None
+    norm = sum((g ** 2).sum() for g in gradients if g is not None).sqrt()
+    arrays[f"norm{step}"] = np.array([norm.item()])
+    for p, g in zip(parameters, gradients):
+        p.grad = None if g is None else g * (0.1 / norm if norm > 1 else 1)
+    optimizer.param_groups[0]["lr"] = rates[step]
+    optimizer.param_groups[1]["lr"] = 0.5 * rates[step]
+    optimizer.step()
+arrays["a_end"] = parameters[0].detach().numpy()
+arrays["b_end"] = parameters[1].detach().numpy()
+arrays["a_moment"] = optimizer.state[parameters[0]]["exp_avg"].numpy()
+arrays["b_moment2"] = optimizer.state[parameters[1]]["exp_avg_sq"].numpy()
+np.savez_compressed(os.path.join(os.path.dirname(__file__), "adam.npz"), **arrays)
