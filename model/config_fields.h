@@ -1,0 +1,146 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/config.h"
+
+namespace degas {
+
+/// The words of each choice, in the order of its enumerators.
+template <typename Choice>
+std::vector<std::string> choice_names();
+template <>
+inline std::vector<std::string> choice_names<JointMasks>() {
+  return {"joint", "modulo", "none"};
+}
+template <>
+inline std::vector<std::string> choice_names<SkinningInterpolation>() {
+  return {"barycentric", "nearest"};
+}
+template <>
+inline std::vector<std::string> choice_names<LpipsNetwork>() {
+  return {"alex", "squeeze"};
+}
+template <>
+inline std::vector<std::string> choice_names<LossRegion>() {
+  return {"full", "person", "face"};
+}
+template <>
+inline std::vector<std::string> choice_names<LearningRateSchedule>() {
+  return {"constant", "cosine"};
+}
+
+/// visit_fields calls visit(key, value) for every field of a section, in the order of config.h.
+#define FIELD(name) visit(#name, config.name)
+
+template <typename Visitor>
+void visit_fields(NetConfig& config, Visitor& visit) {
+  FIELD(resolution);
+  FIELD(width);
+  FIELD(pvm_channels);
+  FIELD(pve_channels);
+  FIELD(latent_size);
+  FIELD(pve_decoder_channels);
+  FIELD(pose_channels);
+  FIELD(face_start_channels);
+  FIELD(face_channels);
+  FIELD(joint_channels);
+  FIELD(decoder_channels);
+  FIELD(use_pose_embedding);
+  FIELD(use_pvm);
+  FIELD(use_pve);
+  FIELD(use_face_code);
+  FIELD(static_maps);
+  FIELD(joint_masks);
+  FIELD(untied_bias);
+  FIELD(untied_bias_max_resolution);
+  FIELD(negative_slope);
+  FIELD(noise_std);
+}
+
+template <typename Visitor>
+void visit_fields(GaussianConfig& config, Visitor& visit) {
+  FIELD(offset_scale);
+  FIELD(rotation_scale);
+  FIELD(thin_axis);
+  FIELD(max_influences);
+  FIELD(skinning);
+}
+
+template <typename Visitor>
+void visit_fields(LossConfig& config, Visitor& visit) {
+  FIELD(ssim_weight);
+  FIELD(lpips_weight);
+  FIELD(lpips_network);
+  FIELD(lpips_weights);
+  FIELD(lpips_region);
+  FIELD(lpips_every);
+  FIELD(lpips_scale);
+  FIELD(offset_weight);
+  FIELD(scale_weight);
+  FIELD(scale_limit);
+  FIELD(kl_weight);
+}
+
+template <typename Visitor>
+void visit_fields(GradientClipConfig& config, Visitor& visit) {
+  FIELD(norm);
+  FIELD(scale);
+  FIELD(offset_limit);
+}
+
+template <typename Visitor>
+void visit_fields(TrainConfig& config, Visitor& visit) {
+  FIELD(iterations);
+  FIELD(views_per_step);
+  FIELD(learning_rate);
+  FIELD(schedule);
+  FIELD(final_learning_rate_factor);
+  FIELD(warm_up_steps);
+  FIELD(beta1);
+  FIELD(beta2);
+  FIELD(epsilon);
+  FIELD(gradient_clip);
+  FIELD(refine_poses);
+  FIELD(pose_learning_rate);
+  FIELD(random_background);
+  FIELD(validation_every);
+  FIELD(checkpoint_every);
+  FIELD(log_every);
+  FIELD(seed);
+  FIELD(max_skipped_steps);
+}
+
+template <typename Visitor>
+void visit_fields(DataConfig& config, Visitor& visit) {
+  FIELD(image_scale);
+  FIELD(cameras);
+  FIELD(hold_out);
+  FIELD(validation);
+  FIELD(frames);
+  FIELD(frontal_views);
+  FIELD(crop_to_person);
+  FIELD(crop_margin);
+}
+
+template <typename Visitor>
+void visit_fields(RenderConfig& config, Visitor& visit) {
+  FIELD(antialias);
+  FIELD(near_plane);
+  FIELD(blur);
+}
+
+template <typename Visitor>
+void visit_fields(Config& config, Visitor& visit) {
+  FIELD(net);
+  FIELD(gaussians);
+  FIELD(loss);
+  FIELD(train);
+  FIELD(data);
+  FIELD(render);
+}
+
+#undef FIELD
+
+}  // namespace degas

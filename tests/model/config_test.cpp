@@ -1,0 +1,89 @@
+#include "model/config.h"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "host/error.h"
+
+using namespace degas;
+using Catch::Matchers::Contains;
+
+TEST_CASE("defaults, text and back are the same config") {
+  Config config;
+  config.net.width = 0.1 + 0.2;  // a number that needs all its digits
+  config.data.hold_out = {"cam02", "cam05"};
+  config.loss.lpips_region = LossRegion::Face;
+  config.train.seed = ~uint64_t{0};
+  const Config read = parse_config(config_text(config), "text");
+  CHECK(config_text(read) == config_text(config));
+  CHECK(config_hash(read) == config_hash(config));
+  CHECK(config_hash(read) != config_hash(Config{}));
+  CHECK(read.net.width == 0.1 + 0.2);
+  CHECK(read.train.seed == ~uint64_t{0});
+  CHECK(config_differences(Config{}, read).size() == 4);
+  CHECK_THAT(config_differences(Config{}, read)[0], Contains("net.width (1.0 / 0.30000000000000004)"));
+}
+
+TEST_CASE("a file overrides what it names and nothing else") {
+  const Config config =
+      parse_config(R"({"net": {"width": 0.5}, "train": {"iterations": 8e5, "gradient_clip": {"norm": 2}}})", "f");
+  CHECK(config.net.width == 0.5);
+  CHECK(config.net.resolution == 512);
+  CHECK(config.train.iterations == 800000);
+  CHECK(config.train.gradient_clip.norm == 2);
+  CHECK(config.train.gradient_clip.scale == 0.1);
+}
+
+TEST_CASE("faults of a file are one line that names file, key and remedy") {
+  const auto fault = [](const std::string& text) {
+    CHECK_NOTHROW(parse_config("{}", "f.json"));
+    parse_config(text, "f.json");
+  };
+  CHECK_THROWS_WITH(fault(R"({"net": {"widht": 1}})"),
+                    "f.json: unknown key 'net.widht'; the nearest known key is 'net.width'");
+  CHECK_THROWS_WITH(fault(R"({"nett": {}})"), Contains("nearest known key is 'net'"));
+  CHECK_THROWS_WITH(fault(R"({"net": 3})"), Contains("'net' must be a section"));
+  CHECK_THROWS_WITH(fault(R"({"net": {"width": "wide"}})"), "f.json: 'net.width' must be a number, not \"wide\"");
+  CHECK_THROWS_WITH(fault(R"({"net": {"use_pvm": 1}})"), Contains("'net.use_pvm' must be true or false"));
+  CHECK_THROWS_WITH(fault(R"({"net": {"latent_size": 1.5}})"), Contains("a whole number"));
+  CHECK_THROWS_WITH(fault(R"({"net": {"latent_size": 3e9}})"), Contains("a whole number from"));
+  CHECK_THROWS_WITH(fault(R"({"train": {"seed": -1}})"), Contains("a whole number from 0"));
+  CHECK_THROWS_WITH(fault(R"({"data": {"hold_out": "cam02"}})"), Contains("'data.hold_out' must be a list"));
+  CHECK_THROWS_WITH(fault(R"({"data": {"hold_out": ["cam02", 3]}})"), Contains("'data.hold_out[1]' must be a string"));
+  CHECK_THROWS_WITH(fault(R"({"loss": {"lpips_network": "vgg"}})"), Contains("one of alex, squeeze"));
+  CHECK_THROWS_WITH(fault("{\n\"net\": {\n\"width\": }}"), Contains("f.json: line 3 is not valid JSON"));
+  CHECK_THROWS_WITH(fault("[1]"), Contains("an object of sections"));
+  CHECK_THROWS_WITH(fault(R"({"net": {"resolution": 300}})"),
+                    "f.json: 'net.resolution' is 300; it must be a power of two from 128 to 4096");
+  CHECK_THROWS_WITH(fault(R"({"net": {"decoder_channels": [64, 32]}})"), Contains("'net.decoder_channels' is 2"));
+  CHECK_THROWS_WITH(fault(R"({"net": {"face_channels": [64, 16]}})"), Contains("net.face_channels"));
+  CHECK_THROWS_WITH(fault(R"({"train": {"learning_rate": 0}})"), Contains("above 0"));
+  CHECK_THROWS_AS(load_config("no/such/file.json"), Error);
+}
+
+TEST_CASE("overrides from the command line need no quotes") {
+  Config config;
+  apply_override(config, "net.width=0.5");
+  apply_override(config, "train.gradient_clip.norm=0");
+  apply_override(config, "data.hold_out=cam02,007");
+  apply_override(config, "data.frames=3,1");
+  apply_override(config, "net.decoder_channels=[8, 8, 8]");
+  apply_override(config, "loss.lpips_region=face");
+  apply_override(config, "loss.lpips_weights=12");
+  apply_override(config, "net.use_pvm=false");
+  CHECK(config.net.width == 0.5);
+  CHECK(config.train.gradient_clip.norm == 0);
+  CHECK(config.data.hold_out == std::vector<std::string>{"cam02", "007"});
+  CHECK(config.data.frames == std::vector<int>{3, 1});
+  CHECK(config.net.decoder_channels == std::vector<int>{8, 8, 8});
+  CHECK(config.loss.lpips_region == LossRegion::Face);
+  CHECK(config.loss.lpips_weights == "12");
+  CHECK_FALSE(config.net.use_pvm);
+  apply_override(config, "data.hold_out=");
+  CHECK(config.data.hold_out.empty());
+  CHECK_THROWS_WITH(apply_override(config, "net.widht=1"), Contains("--set net.widht=1: unknown key 'net.widht'"));
+  CHECK_THROWS_WITH(apply_override(config, "net.width=wide"), Contains("must be a number"));
+  CHECK_THROWS_WITH(apply_override(config, "net=3"), Contains("'net' must be a section"));
+  CHECK_THROWS_WITH(apply_override(config, "net.width"), Contains("must look like"));
+  CHECK_THROWS_WITH(apply_override(config, "data.frames=1,x"), Contains("a whole number"));
+}
