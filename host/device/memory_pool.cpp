@@ -13,6 +13,14 @@ struct MemoryPool::State {
   std::map<size_t, std::vector<cl_mem>> free;
   Statistics statistics;
 
+  /// Memory on loan keeps the state alive, and the state the context it must be released to.
+  State(cl_context context, size_t largest_buffer, size_t limit)
+      : context(context), largest_buffer(largest_buffer), limit(limit) {
+    clRetainContext(context);
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
   void release_free() {
     for (auto& [bytes, handles] : free) {
       for (cl_mem handle : handles) {
@@ -36,10 +44,7 @@ size_t memory_size_class(size_t bytes) {
 }
 
 MemoryPool::MemoryPool(cl_context context, size_t largest_buffer, size_t limit)
-    : state_(std::make_shared<State>(State{context, largest_buffer, limit, {}, {}})) {
-  // Memory on loan keeps the state alive, and the state the context it must be released to.
-  clRetainContext(context);
-}
+    : state_(std::make_shared<State>(context, largest_buffer, limit)) {}
 
 MemoryPool::~MemoryPool() = default;
 
