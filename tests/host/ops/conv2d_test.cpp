@@ -1,0 +1,134 @@
+#include "host/ops/conv2d.h"
+
+#include "host/autograd/gradient_check.h"
+#include "tests/support/test_devices.h"
+
+using namespace degas;
+using namespace degas::test;
+
+namespace {
+
+enum class Bias { None, Tied, Untied };
+
+struct Case {
+  int batch, height, width, channels, output_channels, kernel;
+  Conv2dOptions options;
+  Bias bias;
+
+  int output_size(int size) const { return (size + 2 * options.padding - kernel) / options.stride + 1; }
+  Shape input_shape() const { return {batch, height, width, channels}; }
+  Shape weight_shape() const {
+    return {options.groups, kernel, kernel, channels / options.groups, output_channels / options.groups};
+  }
+  Shape bias_shape() const {
+    if (bias == Bias::Tied) return {output_channels};
+    return {output_size(height), output_size(width), output_channels};
+  }
+};
+
+std::ostream& operator<<(std::ostream& stream, const Case& c) {
+  return stream << to_string(c.input_shape()) << " * " << to_string(c.weight_shape()) << " stride " << c.options.stride
+                << " padding " << c.options.padding << " slope " << c.options.negative_slope << " bias "
+                << static_cast<int>(c.bias);
+}
+
+/// The definition, term by term.
+std::vector<double> naive(const Case& c, const std::vector<double>& input, const std::vector<double>& weight,
+                          const std::vector<double>& bias) {
+  const int out_height = c.output_size(c.height), out_width = c.output_size(c.width);
+  const int depth = c.channels / c.options.groups, out_depth = c.output_channels / c.options.groups;
+  std::vector<double> output;
+  for (int n = 0; n < c.batch; ++n) {
+    for (int oy = 0; oy < out_height; ++oy) {
+      for (int ox = 0; ox < out_width; ++ox) {
+        for (int o = 0; o < c.output_channels; ++o) {
+          const int group = o / out_depth;
+          double sum = 0;
+          if (c.bias == Bias::Tied) sum = bias[o];
+          if (c.bias == Bias::Untied) sum = bias[(oy * out_width + ox) * c.output_channels + o];
+          for (int ky = 0; ky < c.kernel; ++ky) {
+            for (int kx = 0; kx < c.kernel; ++kx) {
+              const int y = oy * c.options.stride + ky - c.options.padding;
+              const int x = ox * c.options.stride + kx - c.options.padding;
+              if (y < 0 || y >= c.height || x < 0 || x >= c.width) continue;
+              for (int k = 0; k < depth; ++k) {
+                sum += input[((n * c.height + y) * c.width + x) * c.channels + group * depth + k] *
+                       weight[(((group * c.kernel + ky) * c.kernel + kx) * depth + k) * out_depth + o % out_depth];
+              }
+            }
+          }
+          output.push_back(sum > 0 ? sum : sum * c.options.negative_slope);
+        }
+      }
+    }
+  }
+  return output;
+}
+
+}  // namespace
+
+TEST_CASE("conv2d equals the plain loops") {
+  const auto set = GENERATE(from_range(kernel_sets()));
+  const Case c = GENERATE(values<Case>({
+      {1, 5, 7, 3, 5, 3, {1, 1, 1, 0.2}, Bias::Untied},
+      {2, 6, 5, 16, 32, 3, {1, 1, 1, 1}, Bias::Tied},
+      {1, 9, 11, 17, 33, 3, {2, 1, 1, 0.2}, Bias::None},
+      {2, 8, 8, 24, 8, 4, {2, 1, 1, 0.2}, Bias::Tied},
+      {1, 7, 7, 9, 21, 3, {1, 1, 3, 0.2}, Bias::Untied},
+      {2, 4, 4, 48, 96, 1, {1, 0, 3, 1}, Bias::None},
+      {1, 13, 10, 4, 64, 5, {1, 2, 1, 0}, Bias::Tied},
+      {1, 31, 27, 3, 19, 11, {4, 2, 1, 0}, Bias::Tied},
+      {1, 6, 7, 80, 15, 1, {2, 0, 1, 1}, Bias::Untied},
+      {1, 3, 2, 162, 16, 1, {1, 0, 1, 1}, Bias::None},
+      {1, 1, 1, 1, 1, 3, {1, 1, 1, 1}, Bias::Tied},
+      {1, 9, 9, 2, 3, 2, {4, 5, 1, 0.5}, Bias::Untied},
+      {1, 23, 40, 40, 24, 3, {1, 0, 1, 0.2}, Bias::Tied},
+  }));
+  INFO("set " << static_cast<int>(set) << ", " << c);
+  Device& device = test::device(set);
+  Tape tape(device, false);
+  const Tensor input = random_tensor(device, c.input_shape(), 1), weight = random_tensor(device, c.weight_shape(), 2);
+  const Tensor bias = c.bias == Bias::None ? Tensor() : random_tensor(device, c.bias_shape(), 3);
+  const Tensor output = conv2d(tape, input, weight, bias, c.options);
+  const std::vector<double> biases = bias.defined() ? bias.to_host<double>() : std::vector<double>();
+  CHECK(largest_difference(output.to_host<double>(),
+                           naive(c, input.to_host<double>(), weight.to_host<double>(), biases)) < 2e-5);
+}
+
+TEST_CASE("conv2d gradients pass finite differences") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
+  const Case c = GENERATE(values<Case>({
+      {1, 5, 7, 3, 5, 3, {1, 1, 1, 0.2}, Bias::Untied},
+      {2, 5, 4, 16, 32, 3, {1, 1, 1, 1}, Bias::Untied},
+      {1, 9, 8, 17, 33, 3, {2, 1, 1, 0.2}, Bias::Tied},
+      {2, 8, 8, 6, 8, 4, {2, 1, 1, 0.2}, Bias::Tied},
+      {2, 7, 7, 9, 21, 3, {1, 1, 3, 0.2}, Bias::Untied},
+      {1, 6, 6, 12, 54, 3, {2, 1, 3, 1}, Bias::None},
+      {1, 21, 19, 3, 20, 11, {4, 2, 1, 0.3}, Bias::Tied},
+      {1, 7, 9, 4, 6, 5, {1, 2, 1, 0.2}, Bias::Tied},
+      {1, 6, 7, 20, 15, 1, {2, 0, 1, 1}, Bias::Untied},
+      {1, 9, 9, 2, 3, 2, {4, 5, 1, 0.5}, Bias::Untied},
+      {1, 4, 4, 40, 36, 1, {1, 0, 1, 1}, Bias::None},
+  }));
+  INFO(c);
+  std::vector<Tensor> inputs = {random_tensor(device, c.input_shape(), 1), random_tensor(device, c.weight_shape(), 2)};
+  if (c.bias != Bias::None) inputs.push_back(random_tensor(device, c.bias_shape(), 3));
+  for (Tensor& input : inputs) input.set_requires_gradient();
+  const auto function = [&](Tape& tape, const std::vector<Tensor>& in) {
+    return std::vector{conv2d(tape, in[0], in[1], in.size() > 2 ? in[2] : Tensor(), c.options)};
+  };
+  CHECK(gradient_check(device, function, inputs) < 1e-6);
+}
+
+TEST_CASE("conv2d refuses shapes that do not fit") {
+  Device& device = test::device(KernelSet::Wide);
+  Tape tape(device, false);
+  const Tensor input = Tensor::zeros(device, {1, 4, 4, 6}), weight = Tensor::zeros(device, {2, 3, 3, 3, 2});
+  CHECK_THROWS_WITH(conv2d(tape, input, weight, Tensor(), {}), Catch::StartsWith("[conv2d] stride, padding, groups"));
+  const Conv2dOptions grouped = {.groups = 2};
+  CHECK_THROWS_WITH(conv2d(tape, input, weight, Tensor::zeros(device, {3}), grouped),
+                    Catch::Contains("bias is neither"));
+  CHECK_THROWS_WITH(conv2d(tape, Tensor::zeros(device, {1, 2, 4, 6}), weight, Tensor(), grouped),
+                    Catch::Contains("kernel is larger"));
+  CHECK(conv2d(tape, input, weight, Tensor(), grouped).shape() == Shape{1, 2, 2, 4});
+}
