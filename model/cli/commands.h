@@ -1,0 +1,16 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace degas {
+
+/// Each adds its subcommand with its help text; the subcommand runs when the line is parsed. One file per command.
+void add_devices_command(CLI::App& app);
+void add_synth_command(CLI::App& app);
+void add_train_command(CLI::App& app);
+void add_eval_command(CLI::App& app);
+void add_render_command(CLI::App& app);
+void add_export_command(CLI::App& app);
+void add_report_command(CLI::App& app);
+
+}  // namespace degas

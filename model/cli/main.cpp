@@ -1,0 +1,32 @@
+#include <cstdio>
+#include <exception>
+
+#include "host/error.h"
+#include "model/cli/commands.h"
+
+int main(int count, char** arguments) {
+  CLI::App app(
+      "degas: trains, evaluates and renders drivable full-body avatars on any OpenCL device.\n"
+      "Start with `degas synth`, or point `degas train` at a capture; `degas COMMAND --help` explains each.");
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  degas::add_devices_command(app);
+  degas::add_synth_command(app);
+  degas::add_train_command(app);
+  degas::add_eval_command(app);
+  degas::add_render_command(app);
+  degas::add_export_command(app);
+  degas::add_report_command(app);
+  try {
+    app.parse(count, arguments);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;  // --help is no fault
+  } catch (const degas::Error& error) {
+    std::fprintf(stderr, "degas: %s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "degas: internal error: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,57 @@
+#include "model/train/run_folder.h"
+
+#include <fstream>
+#include <string>
+
+#include "host/error.h"
+
+namespace degas {
+
+namespace fs = std::filesystem;
+
+void RunFolder::create(const Config& config, const fs::path& body) const {
+  if (has_checkpoint()) {
+    throw Error::format("{}: already holds a trained run; continue it with --resume, or name another folder with --out",
+                        path_.string());
+  }
+  std::error_code failure;
+  fs::create_directories(path_, failure);
+  if (failure) throw Error::format("{}: cannot be made: {}", path_.string(), failure.message());
+  fs::copy_file(body, body_file(), fs::copy_options::overwrite_existing, failure);
+  if (failure) throw Error::format("{}: cannot be copied to {}: {}", body.string(), path_.string(), failure.message());
+  // The body may come from a read-only place; its copy must not hinder a later run into the same folder.
+  fs::permissions(body_file(), fs::perms::owner_write, fs::perm_options::add, failure);
+  std::ofstream stream(config_file());
+  stream << config_text(config) << '\n';
+  if (!stream) throw Error::format("{}: cannot be written", config_file().string());
+  std::ofstream(history_file(), std::ios::trunc);
+}
+
+void RunFolder::require_trained() const {
+  for (const fs::path& file : {checkpoint_file(), body_file()}) {
+    if (!fs::exists(file)) {
+      throw Error::format("{}: no {}: not the folder of a trained run (degas train --out)", path_.string(),
+                          file.filename().string());
+    }
+  }
+}
+
+void RunFolder::truncate_history(int64_t step) const {
+  std::ifstream stream(history_file());
+  std::string kept;
+  for (std::string line; std::getline(stream, line);) {
+    const nlohmann::json row = nlohmann::json::parse(line, nullptr, false);
+    // A line cut by a kill does not parse: what follows it cannot be trusted either.
+    if (row.is_discarded() || row.value("step", int64_t{0}) > step) break;
+    kept += line + '\n';
+  }
+  stream.close();
+  std::ofstream(history_file(), std::ios::trunc) << kept;
+}
+
+void RunFolder::append_history(const nlohmann::json& line) const {
+  std::ofstream stream(history_file(), std::ios::app);
+  stream << line.dump() << '\n';
+}
+
+}  // namespace degas

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "model/config.h"
+
+namespace degas {
+
+/// What a training run leaves on disk: config.json (every key), body.npz (a copy of the body model, so that a run is
+/// complete in itself), history.jsonl (one JSON object a line) and checkpoint.bin (the newest state).
+class RunFolder {
+ public:
+  explicit RunFolder(std::filesystem::path path) : path_(std::move(path)) {}
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path config_file() const { return path_ / "config.json"; }
+  std::filesystem::path body_file() const { return path_ / "body.npz"; }
+  std::filesystem::path history_file() const { return path_ / "history.jsonl"; }
+  std::filesystem::path checkpoint_file() const { return path_ / "checkpoint.bin"; }
+  bool has_checkpoint() const { return std::filesystem::exists(checkpoint_file()); }
+
+  /// Makes the folder with its config and body. Throws Error when it already holds a checkpoint (remedy: --resume or
+  /// another --out) or cannot be written.
+  void create(const Config& config, const std::filesystem::path& body) const;
+  /// Throws Error naming the folder and the file it lacks.
+  void require_trained() const;
+
+  /// Drops the lines of history.jsonl after `step`, so that a resumed run continues the record of its checkpoint.
+  void truncate_history(int64_t step) const;
+  void append_history(const nlohmann::json& line) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace degas

@@ -1,0 +1,55 @@
+#include "model/train/run_folder.h"
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "host/error.h"
+
+using namespace degas;
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::path fresh_folder() {
+  const fs::path folder = fs::temp_directory_path() / ("degas_run_folder_test_" + std::to_string(getpid()));
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  std::ofstream(folder / "body_source.npz") << "body";
+  return folder;
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream stream(path);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+}  // namespace
+
+TEST_CASE("a run folder holds config and body, and is never overwritten once trained") {
+  const fs::path folder = fresh_folder();
+  const RunFolder run(folder / "run");
+  run.create(Config{}, folder / "body_source.npz");
+  CHECK(text_of(run.body_file()) == "body");
+  CHECK_NOTHROW(load_config(run.config_file()));
+  CHECK_THROWS_WITH(run.require_trained(), Catch::Contains("checkpoint.bin"));
+  std::ofstream(run.checkpoint_file()) << "state";
+  CHECK_NOTHROW(run.require_trained());
+  CHECK_THROWS_WITH(run.create(Config{}, folder / "body_source.npz"), Catch::Contains("--resume"));
+  CHECK(text_of(run.checkpoint_file()) == "state");
+  CHECK_THROWS_WITH(RunFolder(folder / "other").create(Config{}, folder / "absent.npz"), Catch::Contains("absent.npz"));
+}
+
+TEST_CASE("history after the checkpoint's step is dropped, and so is a line that a kill cut") {
+  const fs::path folder = fresh_folder();
+  const RunFolder run(folder / "run");
+  run.create(Config{}, folder / "body_source.npz");
+  for (int step : {10, 20, 30}) run.append_history({{"step", step}, {"loss", 0.5}});
+  std::ofstream(run.history_file(), std::ios::app) << "{\"step\": 40, \"lo";
+  run.truncate_history(20);
+  CHECK(text_of(run.history_file()) == "{\"loss\":0.5,\"step\":10}\n{\"loss\":0.5,\"step\":20}\n");
+  run.append_history({{"step", 30}});
+  run.truncate_history(1000);
+  CHECK(text_of(run.history_file()).ends_with("{\"step\":30}\n"));
+}
