@@ -8,7 +8,8 @@ namespace degas {
 /// One line that is redrawn on a terminal, or a plain line now and then where the output is a file.
 class Progress {
  public:
-  /// Shows a bar at `fraction` (0..1) with the text behind it and the time left, estimated from the fraction gained since the start.
+  /// Shows a bar at `fraction` (0..1) with the text behind it and the time left, estimated from the fraction gained
+  /// since the start.
   void show(double fraction, const std::string& text);
   /// Ends the line.
   void finish();

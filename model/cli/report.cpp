@@ -16,7 +16,8 @@ void add_report_command(CLI::App& app) {
   };
   auto options = std::make_shared<Options>();
   command->add_option("--run", options->inputs.run, "Run folder of `degas train`")->required();
-  command->add_option("--evaluation", options->inputs.evaluations, "Folder of `degas eval`; may be given several times");
+  command->add_option("--evaluation", options->inputs.evaluations,
+                      "Folder of `degas eval`; may be given several times");
   command->add_option("--title", options->inputs.title, "Heading of the page")->capture_default_str();
   command->add_option("--pictures", options->inputs.pictures, "Sheets shown of each evaluation")->capture_default_str();
   command->add_option("--out", options->output, "HTML file to write")->required();
