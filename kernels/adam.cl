@@ -11,32 +11,7 @@
 // Launch: square_sums one group per block; decide one group; update one item per V elements, local size free.
 // Deterministic: every sum has an order fixed by the sizes.
 #include "common/real.cl"
-
-REAL sum_of_lanes(REALV vector) {
-#if V == 1
-  return vector;
-#else
-  REAL lanes[V], total = 0;
-  STORE_VECTOR(vector, 0, lanes);
-  for (int lane = 0; lane < V; ++lane) total += lanes[lane];
-  return total;
-#endif
-}
-
-// The sum of one number per item, valid in item 0. Every item of the group must call it.
-REAL sum_of_group(REAL value, local REAL* scratch) {
-#if GROUP > 1
-  const int item = get_local_id(0);
-  scratch[item] = value;
-  for (int half_size = GROUP / 2; half_size > 0; half_size /= 2) {
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (item < half_size) scratch[item] += scratch[item + half_size];
-  }
-  return scratch[0];
-#else
-  return value;
-#endif
-}
+#include "common/group_sum.cl"
 
 // partial[first_slot + b] = sum of squares of gradient[b * BLOCK .. (b + 1) * BLOCK)
 kernel void square_sums(global const REAL* gradient, global REAL* partial, global int* present, local REAL* scratch,

@@ -1,0 +1,164 @@
+#include "host/ops/lpips.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "host/ops/conv2d.h"
+#include "host/ops/pointwise.h"
+#include "host/ops/pooling.h"
+#include "host/ops/reduction.h"
+
+namespace degas {
+namespace {
+
+/// SqueezeNet's two expansions, 1x1 and 3x3, as one 3x3 convolution: the former sits in the middle tap.
+LpipsConvolution joined_expansion(const LpipsConvolution& narrow, const LpipsConvolution& wide) {
+  const int64_t narrow_outputs = narrow.shape[0], inputs = wide.shape[1];
+  if (narrow.shape != Shape{narrow_outputs, inputs, 1, 1} || wide.shape != Shape{wide.shape[0], inputs, 3, 3}) {
+    throw std::logic_error(fmt::format("[lpips] {} and {} do not expand one input by 1x1 and 3x3",
+                                       to_string(narrow.shape), to_string(wide.shape)));
+  }
+  LpipsConvolution joined{{narrow_outputs + wide.shape[0], inputs, 3, 3}, {}, narrow.bias, wide.stride, wide.padding};
+  joined.weight.assign(narrow_outputs * inputs * 9, 0.0f);
+  for (int64_t i = 0; i < narrow_outputs * inputs; ++i) joined.weight[9 * i + 4] = narrow.weight[i];
+  joined.weight.insert(joined.weight.end(), wide.weight.begin(), wide.weight.end());
+  joined.bias.insert(joined.bias.end(), wide.bias.begin(), wide.bias.end());
+  return joined;
+}
+
+Tensor normalize_input(Tape& tape, const Tensor& image) {
+  Device& device = tape.device();
+  const int64_t pixels = image.dim(0) * image.dim(1);
+  const Defines defines{{"GROUP", 1}};
+  const Range range{static_cast<size_t>(pixels)};
+  const Tensor output(device, {1, image.dim(0), image.dim(1), 3});
+  device.kernel("lpips", "normalize_input", defines).launch(range, device.pointwise_local(), image, output, pixels);
+  tape.record("lpips_input", {image}, {output}, [=](Tape& tape) {
+    tape.accumulate(image, [&](const Tensor& gradient) {
+      Device& device = tape.device();
+      device.kernel("lpips", "normalize_input_gradient", defines)
+          .launch(range, device.pointwise_local(), output.gradient(), gradient, pixels);
+    });
+  });
+  return output;
+}
+
+/// Distance of features (1,H,W,C) at each pixel: (H,W).
+Tensor feature_distance(Tape& tape, const Tensor& feature, const Tensor& target, const Tensor& weights) {
+  Device& device = tape.device();
+  const size_t group = device.is_wide() ? 1 : 32;
+  const Defines defines{{"GROUP", static_cast<int>(group)}};
+  const LocalMemory scratch{group * device.real_bytes()};
+  const int channels = static_cast<int>(feature.dim(3));
+  const Tensor distance(device, {feature.dim(1), feature.dim(2)});
+  const Range global{static_cast<size_t>(distance.size()) * group}, local{group};
+  device.kernel("lpips", "feature_distance", defines)
+      .launch(global, local, feature, target, weights, distance, scratch, channels);
+  tape.record("lpips_distance", {feature}, {distance}, [=](Tape& tape) {
+    tape.accumulate(feature, [&](const Tensor& gradient) {
+      tape.device()
+          .kernel("lpips", "feature_distance_gradient", defines)
+          .launch(global, local, feature, target, weights, distance.gradient(), gradient, scratch, channels);
+    });
+  });
+  return distance;
+}
+
+}  // namespace
+
+Lpips::Convolution Lpips::upload(Device& device, const LpipsConvolution& source) {
+  const Shape& shape = source.shape;
+  if (shape.size() != 4 || shape[2] != shape[3] || element_count(shape) != static_cast<int64_t>(source.weight.size()) ||
+      shape[0] != static_cast<int64_t>(source.bias.size())) {
+    throw std::logic_error(fmt::format("[lpips] weight {} with {} numbers and {} biases", to_string(shape),
+                                       source.weight.size(), source.bias.size()));
+  }
+  const int64_t outputs = shape[0], inputs = shape[1], taps = shape[2] * shape[3];
+  std::vector<float> weight(source.weight.size());
+  for (int64_t output = 0; output < outputs; ++output) {
+    for (int64_t input = 0; input < inputs; ++input) {
+      for (int64_t tap = 0; tap < taps; ++tap) {
+        weight[(tap * inputs + input) * outputs + output] = source.weight[(output * inputs + input) * taps + tap];
+      }
+    }
+  }
+  return {Tensor::from(device, {1, shape[2], shape[3], inputs, outputs}, std::span<const float>(weight)),
+          Tensor::from(device, {outputs}, std::span<const float>(source.bias)), source.stride, source.padding};
+}
+
+Lpips::Lpips(Device& device, const std::vector<LpipsLayer>& layers) {
+  for (const LpipsLayer& source : layers) {
+    const size_t needed = source.kind == LpipsLayer::Kind::Fire ? 3 : source.kind == LpipsLayer::Kind::Pool ? 0 : 1;
+    if (source.convolutions.size() != needed) {
+      throw std::logic_error(
+          fmt::format("[lpips] a layer has {} convolutions, needs {}", source.convolutions.size(), needed));
+    }
+    Layer layer{source.kind, {}, source.ceil_mode, {}};
+    if (needed > 0) layer.convolutions.push_back(upload(device, source.convolutions[0]));
+    if (needed == 3) {
+      layer.convolutions.push_back(upload(device, joined_expansion(source.convolutions[1], source.convolutions[2])));
+    }
+    if (!source.feature_weights.empty()) {
+      const auto channels = static_cast<int64_t>(source.feature_weights.size());
+      if (layer.convolutions.empty() || layer.convolutions.back().bias.size() != channels) {
+        throw std::logic_error(fmt::format("[lpips] {} feature weights do not fit their layer", channels));
+      }
+      layer.feature_weights = Tensor::from(device, {channels}, std::span<const float>(source.feature_weights));
+    }
+    layers_.push_back(std::move(layer));
+  }
+  while (output_side(smallest_side_) < 1) ++smallest_side_;
+}
+
+int Lpips::output_side(int side) const {
+  for (const Layer& layer : layers_) {
+    if (layer.kind == LpipsLayer::Kind::Pool) {
+      if (side < 3) return 0;
+      side = (side - 3 + (layer.ceil_mode ? 1 : 0)) / 2 + 1;
+    }
+    for (const Convolution& convolution : layer.convolutions) {
+      const int kernel = static_cast<int>(convolution.weight.dim(1)), room = side + 2 * convolution.padding - kernel;
+      if (room < 0) return 0;
+      side = room / convolution.stride + 1;
+    }
+  }
+  return side;
+}
+
+std::vector<Tensor> Lpips::features(Tape& tape, const Tensor& image) const {
+  std::vector<Tensor> compared;
+  Tensor current = normalize_input(tape, image);
+  for (const Layer& layer : layers_) {
+    if (layer.kind == LpipsLayer::Kind::Pool) current = max_pool(tape, current, layer.ceil_mode);
+    for (const Convolution& convolution : layer.convolutions) {
+      current =
+          conv2d(tape, current, convolution.weight, convolution.bias,
+                 {.stride = convolution.stride, .padding = convolution.padding, .groups = 1, .negative_slope = 0});
+    }
+    if (layer.feature_weights.defined()) compared.push_back(current);
+  }
+  return compared;
+}
+
+Tensor Lpips::distance(Tape& tape, const Tensor& image, const Tensor& target) const {
+  if (image.shape() != target.shape() || image.shape().size() != 3 || image.dim(2) != 3 ||
+      std::min(image.dim(0), image.dim(1)) < smallest_side_) {
+    throw std::logic_error(fmt::format("[lpips] needs two (H,W,3) images of one size, sides at least {}, got {} and {}",
+                                       smallest_side_, to_string(image.shape()), to_string(target.shape())));
+  }
+  Tape silent(tape.device(), false);
+  const std::vector<Tensor> wanted = features(silent, target), got = features(tape, image);
+  Tensor total;
+  size_t compared = 0;
+  for (const Layer& layer : layers_) {
+    if (!layer.feature_weights.defined()) continue;
+    const Tensor term = mean(tape, feature_distance(tape, got[compared], wanted[compared], layer.feature_weights));
+    total = total.defined() ? add(tape, total, term) : term;
+    ++compared;
+  }
+  return total;
+}
+
+}  // namespace degas
