@@ -1,0 +1,173 @@
+#include "model/data/dreams_writer.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "host/error.h"
+#include "host/io/file_bytes.h"
+#include "host/io/npz.h"
+#include "host/io/torch_archive.h"
+#include "model/data/dreams_parameters.h"
+
+namespace degas {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr size_t dreams_betas = 300, dreams_expressions = 100;
+
+void write_text(const fs::path& path, const std::string& text) {
+  write_file_atomically(path, std::as_bytes(std::span<const char>(text)));
+}
+
+std::vector<float> padded(const std::vector<double>& values, size_t size) {
+  std::vector<float> out(values.begin(), values.end());
+  out.resize(std::max(size, out.size()));
+  return out;
+}
+
+}  // namespace
+
+DreamsWriter::DreamsWriter(const fs::path& folder, std::vector<Camera> cameras, double frames_per_second)
+    : folder_(folder), cameras_(std::move(cameras)), frames_per_second_(frames_per_second), videos_(cameras_.size()) {
+  std::error_code failure;
+  fs::create_directories(folder_ / "videos", failure);
+  if (failure) throw Error::format("{}: cannot be made: {}", (folder_ / "videos").string(), failure.message());
+}
+
+DreamsWriter::~DreamsWriter() = default;
+
+void DreamsWriter::write_frame(int camera, const Image8& image, const Image8& alpha) {
+  const Camera& view = cameras_.at(static_cast<size_t>(camera));
+  const auto fits = [&](const Image8& picture, int channels) {
+    return picture.width == view.width && picture.height == view.height && picture.channels == channels;
+  };
+  if (!fits(image, 3) || !fits(alpha, 1))
+    throw std::logic_error("[dreams writer] a picture of another size than its camera's");
+  auto& video = videos_[static_cast<size_t>(camera)];
+  if (!video) {
+    const fs::path path = folder_ / "videos" / fmt::format("cam{:02d}.mp4", camera);
+    video =
+        std::make_unique<VideoWriter>(path, 2 * view.width, view.height, frames_per_second_, VideoQuality::Lossless);
+  }
+  Image8 frame = Image8::black(2 * view.width, view.height, 3);
+  for (int y = 0; y < view.height; ++y) {
+    std::copy_n(image.at(0, y), 3 * static_cast<size_t>(view.width), frame.at(0, y));
+    uint8_t* right = frame.at(view.width, y);
+    for (int x = 0; x < view.width; ++x) std::fill_n(right + 3 * x, 3, *alpha.at(x, y));
+  }
+  video->write(frame);
+}
+
+void DreamsWriter::write_code(int frame, int camera, std::span<const float> code) {
+  if (!codes_.empty() && codes_.begin()->second.size() != code.size()) {
+    throw std::logic_error("[dreams writer] face codes of different lengths");
+  }
+  codes_[{frame, camera}].assign(code.begin(), code.end());
+}
+
+void DreamsWriter::finish(const std::vector<Pose>& poses, const std::vector<double>& betas, bool flat_hand_mean) {
+  for (const auto& video : videos_) {
+    if (video && video->frames_written() != static_cast<int>(poses.size())) {
+      throw std::logic_error(
+          fmt::format("[dreams writer] {} frames of a camera for {} poses", video->frames_written(), poses.size()));
+    }
+  }
+  write_calibration();
+  write_parameters(poses, betas, flat_hand_mean);
+  write_codes();
+  for (const auto& video : videos_) {
+    if (video) video->finish();
+  }
+  write_description(poses.size());
+}
+
+void DreamsWriter::write_parameters(const std::vector<Pose>& poses, const std::vector<double>& betas,
+                                    bool flat_hand_mean) const {
+  const auto frames = static_cast<int64_t>(poses.size());
+  std::map<std::string, NpyArray> arrays;
+  for (const DreamsJointBlock& block : dreams_joint_blocks) {
+    std::vector<float> values;
+    for (const Pose& pose : poses) {
+      for (int joint = 0; joint < block.joints; ++joint) {
+        const Eigen::Vector3f angles =
+            pose.axis_angles.at(static_cast<size_t>(block.first_joint + joint)).cast<float>();
+        values.insert(values.end(), angles.data(), angles.data() + 3);
+      }
+    }
+    arrays[block.key] = NpyArray::from({frames, 3 * block.joints}, values);
+  }
+  std::vector<float> translations, expressions;
+  std::vector<int64_t> numbers;
+  size_t width = dreams_expressions;
+  for (const Pose& pose : poses) width = std::max(width, pose.expression.size());
+  for (const Pose& pose : poses) {
+    const Eigen::Vector3f translation = pose.translation.cast<float>();
+    translations.insert(translations.end(), translation.data(), translation.data() + 3);
+    const std::vector<float> expression = padded(pose.expression, width);
+    expressions.insert(expressions.end(), expression.begin(), expression.end());
+    numbers.push_back(static_cast<int64_t>(numbers.size()));
+  }
+  const std::vector<float> shape = padded(betas, dreams_betas);
+  arrays["transl"] = NpyArray::from({frames, 3}, translations);
+  arrays["expression"] = NpyArray::from({frames, static_cast<int64_t>(width)}, expressions);
+  arrays["betas"] = NpyArray::from({static_cast<int64_t>(shape.size())}, shape);
+  arrays["frames"] = NpyArray::from({frames}, numbers);
+  const nlohmann::json arguments = {{"flat_hand_mean", flat_hand_mean},
+                                    {"use_pca", false},
+                                    {"num_betas", shape.size()},
+                                    {"num_expression_coeffs", width}};
+  arrays["smplx_kwargs"] = NpyArray::from_text(arguments.dump());
+  write_npz(folder_ / "smplx.npz", arrays);
+}
+
+void DreamsWriter::write_codes() const {
+  if (codes_.empty()) return;
+  std::vector<ZipEntry> entries;
+  for (const auto& [view, code] : codes_) {
+    const std::string name = fmt::format("dpe-{:06d}-cam{:02d}", view.first, view.second);
+    const TorchTensors tensors = {{"exp", NpyArray::from({1, static_cast<int64_t>(code.size())}, code)}};
+    entries.push_back({name + ".pt", make_torch_archive(tensors, name)});
+  }
+  write_file_atomically(folder_ / "dpe.zip", make_zip(entries, false));
+}
+
+void DreamsWriter::write_calibration() const {
+  nlohmann::json rigs = nlohmann::json::array();
+  for (size_t i = 0; i < cameras_.size(); ++i) {
+    const Camera& camera = cameras_[i];
+    // The file's axes: world to camera = R diag(1,-1,-1) with translation -R c.
+    const Eigen::Matrix3d rotation = camera.rotation * Eigen::Vector3d(1, -1, -1).asDiagonal();
+    const Eigen::Vector3d center = -rotation.transpose() * camera.translation;
+    nlohmann::json rows = nlohmann::json::array();
+    for (int row = 0; row < 3; ++row) rows.push_back({rotation(row, 0), rotation(row, 1), rotation(row, 2)});
+    rigs.push_back({{"cameras",
+                     {{{"name", fmt::format("cam{:02d}", i)},
+                       {"w", camera.width},
+                       {"h", camera.height},
+                       {"fx", camera.fx},
+                       {"fy", camera.fy},
+                       {"cx", camera.cx},
+                       {"cy", camera.cy},
+                       {"R", rows},
+                       {"c", {center.x(), center.y(), center.z()}}}}}});
+  }
+  write_text(folder_ / "cameras.json", nlohmann::json{{"rigs", rigs}}.dump(1));
+}
+
+void DreamsWriter::write_description(size_t frames) const {
+  nlohmann::json present = nlohmann::json::array();
+  for (size_t i = 0; i < videos_.size(); ++i) {
+    if (videos_[i]) present.push_back(i);
+  }
+  nlohmann::json description = {{"frame_convention", {{"offset_d", 0}}},
+                                {"video", {{"background", "black"}}},
+                                {"fps", frames_per_second_},
+                                {"num_frames", frames},
+                                {"cameras_present", present}};
+  const bool one_width = std::all_of(cameras_.begin(), cameras_.end(),
+                                     [&](const Camera& camera) { return camera.width == cameras_.front().width; });
+  if (one_width && !cameras_.empty()) description["video"]["rgb_width"] = cameras_.front().width;
+  write_text(folder_ / "capture.json", description.dump(1));
+}
+
+}  // namespace degas
