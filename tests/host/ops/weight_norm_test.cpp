@@ -1,0 +1,74 @@
+#include "host/ops/weight_norm.h"
+
+#include <cmath>
+
+#include "host/autograd/gradient_check.h"
+#include "host/ops/reduction.h"
+#include "tests/support/test_devices.h"
+
+using namespace degas;
+using namespace degas::test;
+
+namespace {
+
+/// (groups, kernel, kernel, inputs of a group, outputs of a group)
+struct Case {
+  int groups, kernel, inputs, outputs;
+  Shape shape() const { return {groups, kernel, kernel, inputs, outputs}; }
+};
+
+}  // namespace
+
+TEST_CASE("weight_norm equals the plain loop") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const Case c =
+      GENERATE(Case{1, 3, 5, 3}, Case{3, 3, 7, 17}, Case{2, 1, 16, 16}, Case{1, 1, 1, 1}, Case{1, 1, 300, 129});
+  const Tensor v = random_tensor(device, c.shape(), 1), gain = random_tensor(device, {c.groups * c.outputs}, 2);
+  const std::vector<double> values = v.to_host<double>(), g = gain.to_host<double>();
+  double square = 0;
+  for (const double value : values) square += value * value;
+  std::vector<double> expected(values.size());
+  const size_t rows = c.kernel * c.kernel * c.inputs;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    const size_t group = i / (rows * c.outputs);
+    expected[i] = g[group * c.outputs + i % c.outputs] * values[i] / std::sqrt(square);
+  }
+  Tape tape(device, false);
+  CHECK(largest_difference(weight_norm(tape, v, gain, c.groups).to_host<double>(), expected) < 1e-6);
+}
+
+TEST_CASE("weight_norm's norm keeps its precision over two million elements") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const Tensor v = random_tensor(device, {2048, 1024}, 1), gain = random_tensor(device, {1024}, 2, 1, 1.0001);
+  const std::vector<double> values = v.to_host<double>(), g = gain.to_host<double>();
+  double square = 0;
+  for (const double value : values) square += value * value;
+  Tape tape(device, false);
+  const std::vector<double> w = weight_norm(tape, v, gain).to_host<double>();
+  for (size_t i = 0; i < w.size(); i += 1031) {
+    CHECK(w[i] == Approx(g[i % 1024] * values[i] / std::sqrt(square)).epsilon(2e-6));
+  }
+}
+
+TEST_CASE("weight_norm of zeros is zeros, with a finite gradient") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const Tensor v = Tensor::zeros(device, {4, 3}).set_requires_gradient();
+  const Tensor gain = random_tensor(device, {3}, 2).set_requires_gradient();
+  Tape tape(device);
+  const Tensor w = weight_norm(tape, v, gain);
+  CHECK(w.to_host<double>() == std::vector<double>(12, 0.0));
+  tape.backward(mean(tape, w));
+  CHECK(v.gradient().to_host<double>() == std::vector<double>(12, 0.0));
+  CHECK(gain.gradient().to_host<double>() == std::vector<double>(3, 0.0));
+}
+
+TEST_CASE("weight_norm's gradient passes finite differences") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
+  const Case c = GENERATE(Case{1, 3, 5, 3}, Case{3, 3, 5, 17}, Case{2, 1, 16, 16}, Case{1, 1, 70, 33});
+  const Tensor v = random_tensor(device, c.shape(), 1).set_requires_gradient();
+  const Tensor gain = random_tensor(device, {c.groups * c.outputs}, 2).set_requires_gradient();
+  const auto function = [&](Tape& tape, const std::vector<Tensor>& in) {
+    return std::vector{weight_norm(tape, in[0], in[1], c.groups)};
+  };
+  CHECK(gradient_check(device, function, {v, gain}) < 1e-6);
+}
