@@ -1,0 +1,81 @@
+#include "host/ops/splat.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "host/ops/intersection.h"
+#include "host/ops/pointwise.h"
+#include "host/ops/projection.h"
+#include "host/ops/raster.h"
+
+namespace degas {
+namespace {
+
+void require_shape(const char* name, const Tensor& tensor, const Shape& expected) {
+  if (tensor.shape() != expected) {
+    throw std::logic_error(
+        fmt::format("[splat] {} has shape {}, expected {}", name, to_string(tensor.shape()), to_string(expected)));
+  }
+}
+
+void require_fitting(const Splats& splats, const Camera& camera) {
+  const int64_t count = splats.positions.dim(0);
+  require_shape("positions", splats.positions, {count, 3});
+  require_shape("rotations", splats.rotations, {count, 4});
+  require_shape("log_scales", splats.log_scales, {count, 3});
+  require_shape("opacities", splats.opacities, {count});
+  require_shape("colors", splats.colors, {count, 3});
+  if (camera.width <= 0 || camera.height <= 0) {
+    throw std::logic_error(fmt::format("[splat] image size {}x{}", camera.width, camera.height));
+  }
+}
+
+/// The gradient tensor of a field, or an undefined one where none is wanted.
+Tensor wanted_gradient(const Tensor& field) {
+  return field.requires_gradient() ? Tensor(field.device(), field.shape()) : Tensor();
+}
+
+/// Like Tape::accumulate for a contribution that is there already.
+void deliver(const Tensor& target, const Tensor& contribution) {
+  if (!contribution.defined()) return;
+  if (target.has_gradient()) {
+    add_in_place(target.gradient(), contribution);
+  } else {
+    Tensor(target).set_gradient(contribution);
+  }
+}
+
+}  // namespace
+
+int64_t SplatWorkspace::reserve(int64_t intersections) {
+  if (intersections > capacity_) capacity_ = std::max<int64_t>(intersections + intersections / 2, 4096);
+  return capacity_;
+}
+
+SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& splats, const Camera& camera,
+                 const std::array<double, 3>& background, const SplatOptions& options) {
+  require_fitting(splats, camera);
+  const ProjectedSplats projected = project_splats(splats, camera, options);
+  const Intersections intersections = intersect_tiles(workspace, projected, camera);
+  const RasterImage image = rasterize(projected, intersections, camera, background, options);
+  tape.record("splat", {splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.colors},
+              {image.color, image.alpha}, [=](Tape& tape) {
+                const Tensor slots =
+                    rasterize_backward(projected, intersections, image, tape.gradient_or_zeros(image.color),
+                                       tape.gradient_or_zeros(image.alpha), camera, background, options);
+                const Splats gradients{wanted_gradient(splats.positions), wanted_gradient(splats.rotations),
+                                       wanted_gradient(splats.log_scales), wanted_gradient(splats.opacities),
+                                       wanted_gradient(splats.colors)};
+                project_splats_backward(splats, intersections, slots, camera, options, gradients);
+                deliver(splats.positions, gradients.positions);
+                deliver(splats.rotations, gradients.rotations);
+                deliver(splats.log_scales, gradients.log_scales);
+                deliver(splats.opacities, gradients.opacities);
+                deliver(splats.colors, gradients.colors);
+              });
+  return {image.color, image.alpha};
+}
+
+}  // namespace degas

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+
+#include "host/autograd/tape.h"
+#include "host/ops/camera.h"
+
+namespace degas {
+
+/// N anisotropic 3D Gaussians. A splat with a non-finite number, a quaternion of norm below 1e-3 or an opacity outside
+/// [1/255, 1] is not drawn and receives zero gradients.
+struct Splats {
+  Tensor positions;   ///< (N,3) metres, world
+  Tensor rotations;   ///< (N,4) quaternions w,x,y,z of any norm
+  Tensor log_scales;  ///< (N,3) ln of the standard deviations in metres
+  Tensor opacities;   ///< (N) 0..1
+  Tensor colors;      ///< (N,3)
+};
+
+struct SplatOptions {
+  bool antialias = false;      ///< scale opacity by sqrt(det(cov) / det(cov + blur)), at least 0.005 (Mip-Splatting)
+  double near_plane = 0.05;    ///< metres; splats nearer than this are culled
+  double blur = 0.3;           ///< px^2 added to the covariance's diagonal
+  bool smooth_cutoff = false;  ///< for finite differences: alpha fades in over [1/255, 2/255] instead of stepping
+};
+
+struct SplatImage {
+  Tensor color;  ///< (H,W,3), over the background
+  Tensor alpha;  ///< (H,W), accumulated
+};
+
+/// What is kept from view to view: room for the intersections of splats and tiles. It grows by half more than needed, so
+/// that training allocates nothing once the largest view has been near. One per trainer; any number of tapes may use it.
+class SplatWorkspace {
+ public:
+  int64_t capacity() const { return capacity_; }
+  /// At least `intersections`, rounded up generously; never shrinks.
+  int64_t reserve(int64_t intersections);
+
+ private:
+  int64_t capacity_ = 0;
+};
+
+/// Draws the splats front to back in the order (depth, index) by EWA splatting (Zwicker et al. 2001; Kerbl et al. 2023):
+/// alpha = min(0.99, opacity exp(-d^T C^-1 d / 2)), nothing below 1/255, nothing behind a transmittance of 1e-4.
+/// The Jacobian of the perspective is taken at x/z and y/z clamped to the image's edges plus 15 % of its size; splats whose
+/// centre lies beyond are drawn with the clamped Jacobian's shape.
+/// Gradients go to every field of `splats` that requires one, bit-reproducibly. One read-back of 8 bytes a view (the number
+/// of intersections, to size the launches); throws Error when a view has more than 2^31 - 1 of them.
+SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& splats, const Camera& camera,
+                 const std::array<double, 3>& background, const SplatOptions& options = {});
+
+}  // namespace degas
