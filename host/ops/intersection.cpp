@@ -22,7 +22,8 @@ int64_t checked_intersection_count(const Tensor& totals, int64_t total_index, co
   totals.device().download(totals.memory(), &total, sizeof(total), total_index * sizeof(total));
   if (total > static_cast<uint64_t>(std::numeric_limits<int32_t>::max())) {
     throw Error::format(
-        "splatting {}x{} pixels: {} intersections of splats and tiles, the limit is 2147483647; use fewer or smaller splats, or "
+        "splatting {}x{} pixels: {} intersections of splats and tiles, the limit is 2147483647; use fewer or smaller "
+        "splats, or "
         "draw the image in parts",
         camera.width, camera.height, total);
   }
@@ -55,7 +56,8 @@ Intersections intersect_tiles(SplatWorkspace& workspace, const ProjectedSplats& 
   const SortedKeys by_tile = radix_sort(tile_keys, result.count, std::bit_width(static_cast<unsigned>(tiles)));
   result.order = by_tile.places;
   result.tile_starts = Tensor(device, {tiles + 1}, Element::UInt32);
-  launch(device, "find_tile_starts", tiles + 1, by_tile.keys, result.tile_starts, tiles, static_cast<uint32_t>(result.count));
+  launch(device, "find_tile_starts", tiles + 1, by_tile.keys, result.tile_starts, tiles,
+         static_cast<uint32_t>(result.count));
   return result;
 }
 

@@ -18,7 +18,8 @@ template <typename Real>
 View<Real> view_of(const Camera& camera, const SplatOptions& options) {
   View<Real> view;
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) view.rotation[3 * row + column] = static_cast<Real>(camera.rotation(row, column));
+    for (int column = 0; column < 3; ++column)
+      view.rotation[3 * row + column] = static_cast<Real>(camera.rotation(row, column));
     view.translation[row] = static_cast<Real>(camera.translation(row));
   }
   view.fx = static_cast<Real>(camera.fx);
@@ -59,16 +60,16 @@ ProjectedSplats project_splats(const Splats& splats, const Camera& camera, const
   Device& device = splats.positions.device();
   const int64_t count = splats.positions.dim(0);
   const ProjectedSplats projected{Tensor(device, {count, 16}), Tensor(device, {count}, Element::UInt32)};
-  launch("project_forward", splats, camera, options, splats.positions, splats.rotations, splats.log_scales, splats.opacities,
-         splats.colors, projected.records, projected.depth_keys);
+  launch("project_forward", splats, camera, options, splats.positions, splats.rotations, splats.log_scales,
+         splats.opacities, splats.colors, projected.records, projected.depth_keys);
   return projected;
 }
 
 void project_splats_backward(const Splats& splats, const Intersections& intersections, const Tensor& slots,
                              const Camera& camera, const SplatOptions& options, const Splats& gradients) {
-  launch("project_backward", splats, camera, options, splats.positions, splats.rotations, splats.log_scales, splats.opacities,
-         intersections.slot_counts, intersections.slot_offsets, slots, gradients.positions, gradients.rotations,
-         gradients.log_scales, gradients.opacities, gradients.colors);
+  launch("project_backward", splats, camera, options, splats.positions, splats.rotations, splats.log_scales,
+         splats.opacities, intersections.slot_counts, intersections.slot_offsets, slots, gradients.positions,
+         gradients.rotations, gradients.log_scales, gradients.opacities, gradients.colors);
 }
 
 }  // namespace degas

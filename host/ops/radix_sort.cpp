@@ -16,7 +16,9 @@ Chunks chunks_of(const Device& device, int64_t elements) {
   return {static_cast<uint32_t>(size), static_cast<uint32_t>((elements + size - 1) / size)};
 }
 
-int digit_bits(const Device& device) { return device.is_wide() ? 11 : 4; }
+int digit_bits(const Device& device) {
+  return device.is_wide() ? 11 : 4;
+}
 
 template <typename... Arguments>
 void launch(Device& device, const char* name, uint32_t items, const Arguments&... arguments) {
@@ -48,7 +50,8 @@ SortedKeys radix_sort(const Tensor& keys, int64_t count, int bits) {
   const Tensor block_sums(device, {chunks_of(device, table_size).count + int64_t{1}}, Element::UInt64);
   SortedKeys source{keys, Tensor()};
   for (int shift = 0; shift < bits; shift += per_pass) {
-    const SortedKeys target{Tensor(device, keys.shape(), Element::UInt32), Tensor(device, keys.shape(), Element::UInt32)};
+    const SortedKeys target{Tensor(device, keys.shape(), Element::UInt32),
+                            Tensor(device, keys.shape(), Element::UInt32)};
     launch(device, "count_digits", chunks.count, source.keys, table, shift, chunks.size, chunks.count, n);
     scan(table, block_sums, table, int64_t{chunks.count} << per_pass);
     launch(device, "move_by_digit", chunks.count, source.keys, source.places, table, target.keys, target.places, shift,
@@ -61,7 +64,8 @@ SortedKeys radix_sort(const Tensor& keys, int64_t count, int bits) {
 Scan exclusive_scan(const Tensor& values) {
   Device& device = values.device();
   const int64_t blocks = chunks_of(device, values.size()).count;
-  const Scan result{Tensor(device, values.shape(), Element::UInt32), Tensor(device, {blocks + 1}, Element::UInt64), blocks};
+  const Scan result{Tensor(device, values.shape(), Element::UInt32), Tensor(device, {blocks + 1}, Element::UInt64),
+                    blocks};
   scan(values, result.totals, result.sums, values.size());
   return result;
 }

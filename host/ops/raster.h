@@ -16,8 +16,8 @@ RasterImage rasterize(const ProjectedSplats& projected, const Intersections& int
                       const std::array<double, 3>& background, const SplatOptions& options);
 
 /// Gradient slots (capacity,16), layout in kernels/common/splat.cl; written for the intersections that exist.
-Tensor rasterize_backward(const ProjectedSplats& projected, const Intersections& intersections, const RasterImage& image,
-                          const Tensor& color_gradient, const Tensor& alpha_gradient, const Camera& camera,
-                          const std::array<double, 3>& background, const SplatOptions& options);
+Tensor rasterize_backward(const ProjectedSplats& projected, const Intersections& intersections,
+                          const RasterImage& image, const Tensor& color_gradient, const Tensor& alpha_gradient,
+                          const Camera& camera, const std::array<double, 3>& background, const SplatOptions& options);
 
 }  // namespace degas
