@@ -84,8 +84,7 @@ VideoWriter::VideoWriter(const fs::path& path, int width, int height, double fra
   // tag for them. Readers go by content.
   const bool lossless = quality == VideoQuality::Lossless;
   temporary_ = temporary_name(path).replace_extension(lossless ? ".mov" : ".mp4");
-  const cv::Size size = stream_->size =
-      lossless ? cv::Size(width, height) : cv::Size(width + width % 2, height + height % 2);
+  const cv::Size size = stream_->size = cv::Size(width + width % 2, height + height % 2);
   const auto open = [&](const char* code) {
     return stream_->writer.open(temporary_.string(), cv::CAP_FFMPEG,
                                 cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]), frames_per_second, size,

@@ -42,7 +42,8 @@ enum class VideoQuality { Lossless, Viewing };
 /// Writes an mp4 under a temporary name; finish renames it. Without finish nothing is left.
 class VideoWriter {
  public:
-  /// Error naming the file when no encoder opens. Viewing pads odd sizes by a repeated row or column.
+  /// Error naming the file when no encoder opens. Encoders take even sizes: odd
+  /// ones grow by a repeated row or column.
   VideoWriter(const std::filesystem::path& path, int width, int height, double frames_per_second, VideoQuality quality);
   ~VideoWriter();
 
