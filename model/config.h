@@ -40,6 +40,7 @@ struct NetConfig {
   int untied_bias_max_resolution = 1 << 20;    ///< layers with a larger side have tied biases (saves memory)
   double negative_slope = 0.2;                 ///< of the leaky ReLU
   double noise_std = 0;  ///< training noise on z, in units of exp(its log-variance); the release uses 1
+  double kl_weight = 0;  ///< on the mean divergence of z from a unit Gaussian
 };
 
 /// From head maps to Gaussians (method.md, "Gaussian maps and posing").
@@ -63,7 +64,6 @@ struct LossConfig {
   double offset_weight = 0.001;                     ///< on the mean length of the position head
   double scale_weight = 1;                          ///< on log-scales that exceed scale_limit times their base
   double scale_limit = 10;
-  double kl_weight = 0;  ///< on the latent's divergence from a unit Gaussian
 };
 
 struct GradientClipConfig {

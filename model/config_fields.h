@@ -57,6 +57,7 @@ void visit_fields(NetConfig& config, Visitor& visit) {
   FIELD(untied_bias_max_resolution);
   FIELD(negative_slope);
   FIELD(noise_std);
+  FIELD(kl_weight);
 }
 
 template <typename Visitor>
@@ -80,7 +81,6 @@ void visit_fields(LossConfig& config, Visitor& visit) {
   FIELD(offset_weight);
   FIELD(scale_weight);
   FIELD(scale_limit);
-  FIELD(kl_weight);
 }
 
 template <typename Visitor>

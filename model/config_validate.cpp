@@ -53,6 +53,7 @@ void validate_net(const NetConfig& net, const Checker& check) {
   check.require(net.negative_slope >= 0 && net.negative_slope <= 1, "net.negative_slope", net.negative_slope,
                 "in [0, 1]");
   check.not_negative("net.noise_std", net.noise_std);
+  check.not_negative("net.kl_weight", net.kl_weight);
   const int widest = std::max({net.pvm_channels.back(), net.pve_decoder_channels.back(), net.pose_channels});
   check.require(net.face_channels.back() >= widest, "net.face_channels", net.face_channels.back(),
                 "at last no narrower than the maps whose corner it replaces (pvm, pve_decoder, pose)");
@@ -66,7 +67,6 @@ void validate_loss(const LossConfig& loss, const Checker& check) {
   check.not_negative("loss.offset_weight", loss.offset_weight);
   check.not_negative("loss.scale_weight", loss.scale_weight);
   check.positive("loss.scale_limit", loss.scale_limit);
-  check.not_negative("loss.kl_weight", loss.kl_weight);
 }
 
 void validate_train(const TrainConfig& train, const Checker& check) {

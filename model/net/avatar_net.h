@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "model/config.h"
+#include "model/net/decoder.h"
+#include "model/net/encoders.h"
+#include "model/net/parameter_store.h"
+
+namespace degas {
+
+/// The network of method.md: driving signals -> joint feature -> head maps.
+///
+/// Sizes at any resolution R: the joint feature has side R/8 and the face map R/16, both decoders start at side 4, and
+/// the posed-vertex encoder ends there; the lists of channels, given for R = 512, are cut or extended as encoder_levels
+/// and decoder_levels say. The face map replaces the top-left quarter (the head's place in the UV layout) of each map.
+/// Where every map is switched off, a trained constant stands in their place: with the face code off too (static_maps)
+/// the output depends on no input.
+class AvatarNet {
+ public:
+  struct Inputs {
+    Tensor posed_vertex_map;  ///< (1, R, R, 3) metres, 0 where no texel is covered; for use_pvm and use_pve
+    Tensor pose;              ///< (3 J) axis-angles of the joints after the root; for use_pose_embedding
+    Tensor face_code;         ///< (face_code_size); for use_face_code
+  };
+  struct Encoding {
+    Tensor joint_feature;  ///< (1, R/8, R/8, joint_channels)
+    Tensor divergence;     ///< as HeadMaps::divergence
+  };
+
+  /// joint_masks: (R/8, R/8, J), positive where joint 1 + j moves the texel. Throws Error when it does not fit R.
+  AvatarNet(Device& device, const NetConfig& config, int face_code_size, const Tensor& joint_masks, uint64_t seed);
+
+  /// noise_seed: draws the latent's noise for a training step; without it z is the mean. Inputs whose switch is off may
+  /// be undefined; others must have their shape (std::logic_error).
+  HeadMaps decode(Tape& tape, const Inputs& inputs, std::optional<uint64_t> noise_seed = {}) const;
+
+  /// The two halves of decode: nothing but the joint feature passes between them.
+  Encoding encode(Tape& tape, const Inputs& inputs, std::optional<uint64_t> noise_seed = {}) const;
+  HeadMaps decode_feature(Tape& tape, const Tensor& joint_feature, std::vector<Tensor>* levels = nullptr) const;
+
+  const NetConfig& config() const { return config_; }
+  ParameterStore& parameters() { return store_; }
+  const ParameterStore& parameters() const { return store_; }
+
+ private:
+  Tensor inject_face(Tape& tape, const Tensor& map, const Tensor& face_map) const;
+
+  NetConfig config_;
+  int face_code_size_;
+  ParameterStore store_;
+  std::optional<PoseEmbedding> pose_;
+  std::optional<PosedVertexMapEncoder> posed_vertex_map_;
+  std::optional<PosedVertexEncoder> posed_vertex_;
+  std::optional<CodeDecoder> face_;
+  Tensor constant_;
+  std::optional<ResBlock> joint_;
+  std::optional<MapDecoder> decoder_;
+};
+
+}  // namespace degas

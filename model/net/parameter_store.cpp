@@ -1,0 +1,96 @@
+#include "model/net/parameter_store.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace degas {
+namespace {
+
+/// Steele, Lea and Flood 2014: a generator whose state is a counter, so that any stream starts anywhere.
+class SplitMix {
+ public:
+  explicit SplitMix(uint64_t state) : state_(state) {}
+  uint64_t next() {
+    uint64_t z = state_ += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  /// In [0, 1), 53 random bits.
+  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
+
+ private:
+  uint64_t state_;
+};
+
+uint64_t hash_of(std::string_view text) {
+  uint64_t hash = 0xcbf29ce484222325u;
+  for (const unsigned char c : text) hash = (hash ^ c) * 0x100000001b3u;
+  return hash;
+}
+
+}  // namespace
+
+Tensor ParameterStore::create(const std::string& name, const Shape& shape, const std::vector<float>& values) {
+  if (contains(name)) throw std::logic_error(fmt::format("[parameter_store] '{}' exists already", name));
+  double square = 0;
+  for (const float value : values) square += static_cast<double>(value) * value;
+  Tensor tensor = Tensor::from(device_, shape, std::span<const float>(values));
+  tensor.set_requires_gradient();
+  parameters_.push_back({name, tensor});
+  norms_.push_back(std::sqrt(square));
+  return tensor;
+}
+
+Tensor ParameterStore::create_uniform(const std::string& name, const Shape& shape, double bound) {
+  SplitMix random(SplitMix(seed_).next() ^ hash_of(name));
+  std::vector<float> values(element_count(shape));
+  for (float& value : values) value = static_cast<float>((2 * random.uniform() - 1) * bound);
+  return create(name, shape, values);
+}
+
+Tensor ParameterStore::create_zeros(const std::string& name, const Shape& shape) {
+  return create(name, shape, std::vector<float>(element_count(shape), 0.0F));
+}
+
+Tensor ParameterStore::create_gain(const std::string& name, const std::string& other, int64_t count) {
+  find(other);
+  size_t index = 0;
+  while (parameters_[index].name != other) ++index;
+  return create(name, {count}, std::vector<float>(count, static_cast<float>(norms_[index])));
+}
+
+const Tensor& ParameterStore::find(std::string_view name) const {
+  for (const Parameter& parameter : parameters_) {
+    if (parameter.name == name) return parameter.value;
+  }
+  throw std::logic_error(fmt::format("[parameter_store] no parameter '{}'", name));
+}
+
+bool ParameterStore::contains(std::string_view name) const {
+  for (const Parameter& parameter : parameters_) {
+    if (parameter.name == name) return true;
+  }
+  return false;
+}
+
+int64_t ParameterStore::count() const {
+  int64_t total = 0;
+  for (const Parameter& parameter : parameters_) total += parameter.value.size();
+  return total;
+}
+
+std::vector<float> normal_numbers(uint64_t seed, int64_t count) {
+  SplitMix random(seed);
+  std::vector<float> values(count);
+  for (float& value : values) {
+    const double radius = std::sqrt(-2 * std::log(1 - random.uniform()));
+    value = static_cast<float>(radius * std::cos(2 * std::numbers::pi * random.uniform()));
+  }
+  return values;
+}
+
+}  // namespace degas
