@@ -87,3 +87,9 @@ TEST_CASE("overrides from the command line need no quotes") {
   CHECK_THROWS_WITH(apply_override(config, "net.width"), Contains("must look like"));
   CHECK_THROWS_WITH(apply_override(config, "data.frames=1,x"), Contains("a whole number"));
 }
+
+TEST_CASE("the configs of the repository are valid, and full.json is the defaults") {
+  const std::filesystem::path folder = std::filesystem::path(DEGAS_TEST_VECTORS) / ".." / ".." / "configs";
+  CHECK(config_text(load_config(folder / "full.json")) == config_text(Config{}));
+  CHECK(config_hash(load_config(folder / "quick.json")) != config_hash(Config{}));
+}

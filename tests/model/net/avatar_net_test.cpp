@@ -1,0 +1,216 @@
+#include "model/net/avatar_net.h"
+
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "host/error.h"
+#include "host/ops/reduction.h"
+#include "tests/support/test_devices.h"
+
+using namespace degas;
+using namespace degas::test;
+
+namespace {
+
+constexpr int code_size = 12, joints = 54;
+
+NetConfig small_config() {
+  NetConfig config;
+  config.resolution = 128;
+  config.width = 0.125;
+  config.decoder_channels = {8, 8, 8};
+  return config;
+}
+
+Tensor all_masks(Device& device, int resolution) {
+  const int side = resolution / 8;
+  return random_tensor(device, {side, side, joints}, 1, 1, 2);
+}
+
+AvatarNet make_net(Device& device, const NetConfig& config, uint64_t seed = 1) {
+  return AvatarNet(device, config, code_size, all_masks(device, config.resolution), seed);
+}
+
+AvatarNet::Inputs random_inputs(Device& device, unsigned seed) {
+  return {random_tensor(device, {1, 128, 128, 3}, seed), random_tensor(device, {3 * joints}, seed + 1),
+          random_tensor(device, {code_size}, seed + 2)};
+}
+
+std::vector<double> feature(AvatarNet& net, const AvatarNet::Inputs& inputs, std::optional<uint64_t> noise_seed = {}) {
+  Tape tape(net.parameters().device(), false);
+  return net.encode(tape, inputs, noise_seed).joint_feature.to_host<double>();
+}
+
+std::vector<double> all_maps(AvatarNet& net, const AvatarNet::Inputs& inputs) {
+  Tape tape(net.parameters().device(), false);
+  const HeadMaps maps = net.decode(tape, inputs);
+  std::vector<double> values;
+  for (const Tensor& map : {maps.position_offsets, maps.rotation_scale, maps.color_opacity}) {
+    const std::vector<double> part = map.to_host<double>();
+    values.insert(values.end(), part.begin(), part.end());
+  }
+  return values;
+}
+
+}  // namespace
+
+TEST_CASE("the paper's model has the paper's layers and about 88 million parameters") {
+  Device& device = test::device(KernelSet::Wide);
+  const NetConfig config;
+  const AvatarNet net(device, config, 512, all_masks(device, config.resolution), 1);
+  const ParameterStore& store = net.parameters();
+  const std::pair<const char*, Shape> expected[] = {
+      {"pvm.0.first.v", {1, 3, 3, 3, 3}},
+      {"pvm.0.first.bias", {512, 512, 3}},
+      {"pvm.2.second.v", {1, 3, 3, 16, 32}},
+      {"pvm.2.second.bias", {64, 64, 32}},
+      {"pve.6.second.v", {1, 3, 3, 128, 128}},
+      {"pve.6.second.bias", {4, 4, 128}},
+      {"pve.mean.v", {2048, 1024}},
+      {"pve.log_deviation.v", {2048, 1024}},
+      {"pve_decoder.linear.v", {1024, 2048}},
+      {"pve_decoder.0.first.bias", {8, 8, 128}},
+      {"pve_decoder.3.second.v", {1, 3, 3, 64, 32}},
+      {"pve_decoder.3.second.bias", {64, 64, 32}},
+      {"pose.first.v", {1, 1, 1, 162, 162}},
+      {"pose.second.bias", {64, 64, 16}},
+      {"face.linear.v", {512, 512}},
+      {"face.0.second.v", {1, 3, 3, 32, 64}},
+      {"face.2.second.bias", {32, 32, 32}},
+      {"joint.second.v", {1, 3, 3, 80, 128}},
+      {"joint.second.bias", {64, 64, 128}},
+      {"joint.skip.bias", {128}},
+      {"decoder.0.first.v", {3, 3, 3, 128, 128}},
+      {"decoder.0.first.bias", {128, 128, 384}},
+      {"decoder.1.second.v", {3, 3, 3, 64, 32}},
+      {"decoder.2.second.v", {3, 3, 3, 32, 16}},
+      {"decoder.2.second.bias", {512, 512, 48}},
+      {"head.position.bias", {512, 512, 3}},
+      {"head.rotation_scale.v", {1, 3, 3, 16, 7}},
+      {"head.color_opacity.v", {1, 3, 3, 16, 4}},
+  };
+  for (const auto& [name, shape] : expected) {
+    INFO(name);
+    CHECK(store.find(name).shape() == shape);
+  }
+  CHECK_FALSE(store.contains("pvm.3.first.v"));
+  CHECK_FALSE(store.contains("face.3.first.v"));
+  CHECK_FALSE(store.contains("decoder.3.first.v"));
+  int64_t biases = 0;
+  for (const auto& parameter : store.parameters()) {
+    if (parameter.name.ends_with(".bias")) biases += parameter.value.size();
+  }
+  CHECK(store.count() - biases == 9232188);  // 9.2 million weights and gains
+  CHECK(biases == 77354928);
+}
+
+TEST_CASE("switches remove their part and leave the others' initial values") {
+  Device& device = test::device(KernelSet::Wide);
+  AvatarNet full = make_net(device, small_config());
+  const AvatarNet::Inputs inputs = random_inputs(device, 10), others = random_inputs(device, 20);
+  struct Switch {
+    bool NetConfig::*flag;
+    const char* prefix;
+    Tensor AvatarNet::Inputs::*input;
+  };
+  const Switch switches[] = {{&NetConfig::use_pose_embedding, "pose.", &AvatarNet::Inputs::pose},
+                             {&NetConfig::use_face_code, "face.", &AvatarNet::Inputs::face_code}};
+  for (const Switch& off : switches) {
+    INFO(off.prefix);
+    NetConfig config = small_config();
+    config.*off.flag = false;
+    AvatarNet net = make_net(device, config);
+    for (const auto& parameter : net.parameters().parameters()) {
+      CHECK(parameter.name.rfind(off.prefix, 0) != 0);
+      if (parameter.name == "pvm.0.first.v") {
+        CHECK(parameter.value.to_host<double>() == full.parameters().find("pvm.0.first.v").to_host<double>());
+      }
+    }
+    AvatarNet::Inputs changed = inputs;
+    changed.*off.input = others.*off.input;
+    CHECK(feature(full, inputs) != feature(full, changed));
+    CHECK(feature(net, inputs) == feature(net, changed));
+    changed.*off.input = Tensor();
+    CHECK(feature(net, inputs) == feature(net, changed));
+  }
+  // Either encoder of the posed vertex map sees it; without both nobody does.
+  AvatarNet::Inputs changed = inputs;
+  changed.posed_vertex_map = others.posed_vertex_map;
+  for (const auto& [pvm, pve] : {std::pair(true, false), std::pair(false, true), std::pair(false, false)}) {
+    NetConfig config = small_config();
+    config.use_pvm = pvm;
+    config.use_pve = pve;
+    AvatarNet net = make_net(device, config);
+    CHECK((feature(net, inputs) != feature(net, changed)) == (pvm || pve));
+  }
+}
+
+TEST_CASE("static maps depend on no input and still train") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  NetConfig config = small_config();
+  config.static_maps = true;
+  AvatarNet net = make_net(device, config);
+  const std::vector<double> maps = all_maps(net, random_inputs(device, 10));
+  CHECK(maps == all_maps(net, random_inputs(device, 20)));
+  CHECK(maps == all_maps(net, {}));
+  Tape tape(device);
+  tape.backward(mean(tape, net.decode(tape, {}).color_opacity));
+  for (const double value : net.parameters().find("constant").gradient().to_host<double>())
+    REQUIRE(std::isfinite(value));
+  NetConfig with_face = small_config();
+  with_face.use_pose_embedding = with_face.use_pvm = with_face.use_pve = false;
+  AvatarNet face_only = make_net(device, with_face);
+  CHECK(feature(face_only, random_inputs(device, 10)) != feature(face_only, random_inputs(device, 20)));
+}
+
+TEST_CASE("pose channel c sees the mask of joint c div 3") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  NetConfig config = small_config();
+  config.use_pvm = config.use_pve = config.use_face_code = false;
+  config.joint_masks = GENERATE(JointMasks::Joint, JointMasks::Modulo, JointMasks::None);
+  // Joint 20 alone moves the texel (3, 5).
+  const int side = config.resolution / 8, joint = 20;
+  std::vector<float> masks(side * side * joints, 0.0F);
+  masks[(3 * side + 5) * joints + joint] = 0.25F;
+  AvatarNet net(device, config, 0, Tensor::from(device, {side, side, joints}, std::span<const float>(masks)), 1);
+  const std::vector<float> rest(3 * joints, 0.0F);
+  const auto feature_of = [&](const std::vector<float>& pose) {
+    return feature(net, {{}, Tensor::from(device, {3 * joints}, std::span<const float>(pose)), {}});
+  };
+  const std::vector<double> still = feature_of(rest);
+  std::set<int> seen;
+  for (const int channel : {0, 19, 20, 21, 59, 60, 61, 62, 63, 74, 128, 161}) {
+    std::vector<float> pose = rest;
+    pose[channel] = 1;
+    if (feature_of(pose) != still) seen.insert(channel);
+  }
+  if (config.joint_masks == JointMasks::Joint) CHECK(seen == std::set<int>{60, 61, 62});
+  if (config.joint_masks == JointMasks::Modulo) CHECK(seen == std::set<int>{20, 74, 128});
+  if (config.joint_masks == JointMasks::None) CHECK(seen.size() == 12);
+}
+
+TEST_CASE("the latent's noise follows the seed and stays out of evaluation") {
+  Device& device = test::device(KernelSet::Wide);
+  NetConfig config = small_config();
+  const AvatarNet::Inputs inputs = random_inputs(device, 10);
+  AvatarNet quiet = make_net(device, config);
+  config.noise_std = 1;
+  AvatarNet noisy = make_net(device, config);
+  CHECK(feature(quiet, inputs, 5) == feature(quiet, inputs));
+  CHECK(feature(noisy, inputs) == feature(quiet, inputs));
+  CHECK(feature(noisy, inputs, 5) == feature(noisy, inputs, 5));
+  CHECK(feature(noisy, inputs, 5) != feature(noisy, inputs, 6));
+  CHECK(feature(noisy, inputs, 5) != feature(noisy, inputs));
+}
+
+TEST_CASE("wrong sizes are refused") {
+  Device& device = test::device(KernelSet::Wide);
+  const NetConfig config = small_config();
+  CHECK_THROWS_AS(AvatarNet(device, config, code_size, all_masks(device, 256), 1), Error);
+  CHECK_THROWS_AS(AvatarNet(device, config, 0, all_masks(device, 128), 1), Error);
+  AvatarNet net = make_net(device, config);
+  Tape tape(device, false);
+  AvatarNet::Inputs inputs = random_inputs(device, 1);
+  inputs.face_code = Tensor();
+  CHECK_THROWS_AS(net.encode(tape, inputs), std::logic_error);
+}
