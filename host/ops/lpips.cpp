@@ -9,24 +9,10 @@
 #include "host/ops/pointwise.h"
 #include "host/ops/pooling.h"
 #include "host/ops/reduction.h"
+#include "host/ops/region.h"
 
 namespace degas {
 namespace {
-
-/// SqueezeNet's two expansions, 1x1 and 3x3, as one 3x3 convolution: the former sits in the middle tap.
-LpipsConvolution joined_expansion(const LpipsConvolution& narrow, const LpipsConvolution& wide) {
-  const int64_t narrow_outputs = narrow.shape[0], inputs = wide.shape[1];
-  if (narrow.shape != Shape{narrow_outputs, inputs, 1, 1} || wide.shape != Shape{wide.shape[0], inputs, 3, 3}) {
-    throw std::logic_error(fmt::format("[lpips] {} and {} do not expand one input by 1x1 and 3x3",
-                                       to_string(narrow.shape), to_string(wide.shape)));
-  }
-  LpipsConvolution joined{{narrow_outputs + wide.shape[0], inputs, 3, 3}, {}, narrow.bias, wide.stride, wide.padding};
-  joined.weight.assign(narrow_outputs * inputs * 9, 0.0f);
-  for (int64_t i = 0; i < narrow_outputs * inputs; ++i) joined.weight[9 * i + 4] = narrow.weight[i];
-  joined.weight.insert(joined.weight.end(), wide.weight.begin(), wide.weight.end());
-  joined.bias.insert(joined.bias.end(), wide.bias.begin(), wide.bias.end());
-  return joined;
-}
 
 Tensor normalize_input(Tape& tape, const Tensor& image) {
   Device& device = tape.device();
@@ -96,13 +82,15 @@ Lpips::Lpips(Device& device, const std::vector<LpipsLayer>& layers) {
           fmt::format("[lpips] a layer has {} convolutions, needs {}", source.convolutions.size(), needed));
     }
     Layer layer{source.kind, {}, source.ceil_mode, {}};
-    if (needed > 0) layer.convolutions.push_back(upload(device, source.convolutions[0]));
-    if (needed == 3) {
-      layer.convolutions.push_back(upload(device, joined_expansion(source.convolutions[1], source.convolutions[2])));
+    int64_t outputs = 0;
+    for (const LpipsConvolution& convolution : source.convolutions) {
+      layer.convolutions.push_back(upload(device, convolution));
+      // A fire layer's first convolution is inside; the other two stand side by side.
+      if (needed == 1 || layer.convolutions.size() > 1) outputs += layer.convolutions.back().bias.size();
     }
     if (!source.feature_weights.empty()) {
       const auto channels = static_cast<int64_t>(source.feature_weights.size());
-      if (layer.convolutions.empty() || layer.convolutions.back().bias.size() != channels) {
+      if (outputs != channels) {
         throw std::logic_error(fmt::format("[lpips] {} feature weights do not fit their layer", channels));
       }
       layer.feature_weights = Tensor::from(device, {channels}, std::span<const float>(source.feature_weights));
@@ -127,15 +115,21 @@ int Lpips::output_side(int side) const {
   return side;
 }
 
+Tensor Lpips::convolve(Tape& tape, const Tensor& input, const Convolution& convolution) {
+  return conv2d(tape, input, convolution.weight, convolution.bias,
+                {.stride = convolution.stride, .padding = convolution.padding, .groups = 1, .negative_slope = 0});
+}
+
 std::vector<Tensor> Lpips::features(Tape& tape, const Tensor& image) const {
   std::vector<Tensor> compared;
   Tensor current = normalize_input(tape, image);
   for (const Layer& layer : layers_) {
     if (layer.kind == LpipsLayer::Kind::Pool) current = max_pool(tape, current, layer.ceil_mode);
-    for (const Convolution& convolution : layer.convolutions) {
-      current =
-          conv2d(tape, current, convolution.weight, convolution.bias,
-                 {.stride = convolution.stride, .padding = convolution.padding, .groups = 1, .negative_slope = 0});
+    if (layer.kind == LpipsLayer::Kind::Convolution) current = convolve(tape, current, layer.convolutions[0]);
+    if (layer.kind == LpipsLayer::Kind::Fire) {
+      const Tensor squeezed = convolve(tape, current, layer.convolutions[0]);
+      current = concat_channels(
+          tape, {convolve(tape, squeezed, layer.convolutions[1]), convolve(tape, squeezed, layer.convolutions[2])});
     }
     if (layer.feature_weights.defined()) compared.push_back(current);
   }

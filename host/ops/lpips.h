@@ -50,6 +50,7 @@ class Lpips {
   };
 
   static Convolution upload(Device& device, const LpipsConvolution& source);
+  static Tensor convolve(Tape& tape, const Tensor& input, const Convolution& convolution);
   /// Side length after all layers, or 0 when one of them does not accept it.
   int output_side(int side) const;
   /// Outputs of the compared layers.
