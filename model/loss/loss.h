@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/ops/image.h"
+#include "host/ops/lpips.h"
+#include "model/config.h"
+
+namespace degas {
+
+/// A rendered picture beside its photograph, both (H,W,3) over the same background.
+struct LossView {
+  Tensor image, target;
+  /// What the perceptual term sees where loss.lpips_region is person or face, in pixels of the picture; it may reach
+  /// outside. Absent: the whole picture for person, no perceptual term for face.
+  std::optional<Rectangle> region;
+  std::array<double, 3> background = {0, 0, 0};
+};
+
+/// What the regularisers act on.
+struct LossMaps {
+  Tensor position_offsets;  ///< (N,3) the position head at the Gaussians, d_mu
+  Tensor log_scales;        ///< (N,3)
+  Tensor divergence;        ///< (1) of the latent from a unit Gaussian; undefined where loss.kl_weight is 0
+};
+
+/// The loss of one step and what it is made of: each of shape (1), unweighted means over the views.
+struct LossTerms {
+  Tensor total;
+  std::map<std::string, Tensor> terms;  ///< l1_ssim, lpips (in steps that have it), offset, scale, kl (where weighted)
+
+  /// The terms and "loss", the total, as numbers. Waits for the device: for logging.
+  std::map<std::string, double> values() const;
+};
+
+/// (1 - w) L1 + w (1 - SSIM) + LPIPS + mean |d_mu| + L_s + KL, weighted as LossConfig says (method.md, "Loss,
+/// optimiser, schedule"). Decides and adds on the device.
+class Loss {
+ public:
+  /// base_log_scales: (N,3). offset_limit: TrainConfig's gradient_clip.offset_limit; a step whose mean |d_mu| exceeds
+  /// it has the offset term alone; 0: never. Throws Error when lpips_weight > 0 and there are no weights
+  /// (lpips_weights.h).
+  Loss(Device& device, const LossConfig& config, double offset_limit, const Tensor& base_log_scales);
+
+  /// step: counts from 0; every lpips_every-th has the perceptual term, its weight grown as much.
+  LossTerms evaluate(Tape& tape, const std::vector<LossView>& views, const LossMaps& maps, int64_t step) const;
+
+ private:
+  /// Undefined when the view has no region that counts.
+  Tensor perceptual(Tape& tape, const LossView& view) const;
+
+  LossConfig config_;
+  double offset_limit_;
+  Tensor base_log_scales_;
+  std::optional<Lpips> lpips_;
+};
+
+}  // namespace degas
