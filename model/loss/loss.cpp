@@ -25,11 +25,14 @@ std::map<std::string, double> LossTerms::values() const {
   return numbers;
 }
 
-Loss::Loss(Device& device, const LossConfig& config, double offset_limit, const Tensor& base_log_scales)
-    : config_(config), offset_limit_(offset_limit), base_log_scales_(base_log_scales) {
-  if (config.lpips_weight > 0) {
-    const std::filesystem::path path = lpips_weights_path(config.lpips_weights, config.lpips_network);
-    lpips_.emplace(device, load_lpips_layers(path, config.lpips_network));
+Loss::Loss(Device& device, const Config& config, const Tensor& base_log_scales)
+    : config_(config.loss),
+      kl_weight_(config.net.kl_weight),
+      offset_limit_(config.train.gradient_clip.offset_limit),
+      base_log_scales_(base_log_scales) {
+  if (config_.lpips_weight > 0) {
+    const std::filesystem::path path = lpips_weights_path(config_.lpips_weights, config_.lpips_network);
+    lpips_.emplace(device, load_lpips_layers(path, config_.lpips_network));
   }
 }
 
@@ -73,7 +76,7 @@ LossTerms Loss::evaluate(Tape& tape, const std::vector<LossView>& views, const L
     add_weighted("lpips", scale(tape, distance, share), config_.lpips_weight * config_.lpips_every);
   add_weighted("scale", excess_scale(tape, maps.log_scales, base_log_scales_, config_.scale_limit),
                config_.scale_weight);
-  if (config_.kl_weight > 0 && maps.divergence.defined()) add_weighted("kl", maps.divergence, config_.kl_weight);
+  if (kl_weight_ > 0 && maps.divergence.defined()) add_weighted("kl", maps.divergence, kl_weight_);
 
   const Tensor offset = mean_length(tape, maps.position_offsets);
   if (offset_limit_ > 0) total = gate(tape, total, offset, offset_limit_);

@@ -26,7 +26,7 @@ struct LossView {
 struct LossMaps {
   Tensor position_offsets;  ///< (N,3) the position head at the Gaussians, d_mu
   Tensor log_scales;        ///< (N,3)
-  Tensor divergence;        ///< (1) of the latent from a unit Gaussian; undefined where loss.kl_weight is 0
+  Tensor divergence;        ///< (1) of the latent from a unit Gaussian; undefined where net.kl_weight is 0
 };
 
 /// The loss of one step and what it is made of: each of shape (1), unweighted means over the views.
@@ -38,7 +38,7 @@ struct LossTerms {
   std::map<std::string, double> values() const;
 };
 
-/// (1 - w) L1 + w (1 - SSIM) + LPIPS + mean |d_mu| + L_s + KL, weighted as LossConfig says (method.md, "Loss,
+/// (1 - w) L1 + w (1 - SSIM) + LPIPS + mean |d_mu| + L_s + KL, weighted as the config says (method.md, "Loss,
 /// optimiser, schedule"). Decides and adds on the device.
 class Loss {
  public:
@@ -55,7 +55,7 @@ class Loss {
   Tensor perceptual(Tape& tape, const LossView& view) const;
 
   LossConfig config_;
-  double offset_limit_;
+  double kl_weight_, offset_limit_;
   Tensor base_log_scales_;
   std::optional<Lpips> lpips_;
 };
