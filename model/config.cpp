@@ -64,6 +64,11 @@ size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+/// Bytes that are no UTF-8, which an override may hold, become the replacement character.
+std::string text_of(const Json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 /// Where values come from: a file's JSON, or an override, whose value is a string as typed on the command line.
 struct Source {
   const std::string& name;
@@ -77,7 +82,7 @@ class Reader {
   static void read_section(const Json& json, Value& value, const std::string& section, const Source& source) {
     if (!json.is_object()) {
       throw Error::format("{}: '{}' must be a section of keys, not {}", source.name,
-                          section.substr(0, section.size() - 1), json.dump());
+                          section.substr(0, section.size() - 1), text_of(json));
     }
     Reader reader(json, section, source);
     visit_fields(value, reader);
@@ -116,7 +121,7 @@ class Reader {
   }
 
   [[noreturn]] void refuse(const std::string& path, const std::string& wanted, const Json& json) const {
-    throw Error::format("{}: '{}' must be {}, not {}", source_.name, path, wanted, json.dump());
+    throw Error::format("{}: '{}' must be {}, not {}", source_.name, path, wanted, text_of(json));
   }
 
   /// Strings need no quotes, and lists may be written a,b,c.
@@ -199,6 +204,8 @@ Json parse(const std::string& text, const std::string& name) {
     const auto line =
         1 + std::count(text.begin(), text.begin() + static_cast<long>(std::min(fault.byte, text.size())), '\n');
     throw Error::format("{}: line {} is not valid JSON ({})", name, line, fault.what());
+  } catch (const Json::exception& fault) {
+    throw Error::format("{}: not valid JSON ({})", name, fault.what());
   }
 }
 
@@ -209,7 +216,7 @@ void collect_differences(const Json& a, const Json& b, const std::string& prefix
     if (value.is_object()) {
       collect_differences(value, other, prefix + key + ".", differences);
     } else if (value != other) {
-      differences.push_back(prefix + key + " (" + value.dump() + " / " + other.dump() + ")");
+      differences.push_back(prefix + key + " (" + text_of(value) + " / " + text_of(other) + ")");
     }
   }
 }
@@ -248,7 +255,7 @@ void apply_override(Config& config, const std::string& assignment) {
 }
 
 std::string config_text(const Config& config) {
-  return to_json(config).dump(2) + "\n";
+  return text_of(to_json(config), 2) + "\n";
 }
 
 uint64_t config_hash(const Config& config) {

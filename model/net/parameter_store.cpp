@@ -34,33 +34,36 @@ uint64_t hash_of(std::string_view text) {
 
 }  // namespace
 
-Tensor ParameterStore::create(const std::string& name, const Shape& shape, const std::vector<float>& values) {
+Tensor ParameterStore::add(const std::string& name, Tensor tensor, double norm) {
   if (contains(name)) throw std::logic_error(fmt::format("[parameter_store] '{}' exists already", name));
-  double square = 0;
-  for (const float value : values) square += static_cast<double>(value) * value;
-  Tensor tensor = Tensor::from(device_, shape, std::span<const float>(values));
   tensor.set_requires_gradient();
   parameters_.push_back({name, tensor});
-  norms_.push_back(std::sqrt(square));
+  norms_.push_back(norm);
   return tensor;
+}
+
+Tensor ParameterStore::add(const std::string& name, const Shape& shape, const std::vector<float>& values) {
+  double square = 0;
+  for (const float value : values) square += static_cast<double>(value) * value;
+  return add(name, Tensor::from(device_, shape, std::span<const float>(values)), std::sqrt(square));
 }
 
 Tensor ParameterStore::create_uniform(const std::string& name, const Shape& shape, double bound) {
   SplitMix random(SplitMix(seed_).next() ^ hash_of(name));
   std::vector<float> values(element_count(shape));
   for (float& value : values) value = static_cast<float>((2 * random.uniform() - 1) * bound);
-  return create(name, shape, values);
+  return add(name, shape, values);
 }
 
 Tensor ParameterStore::create_zeros(const std::string& name, const Shape& shape) {
-  return create(name, shape, std::vector<float>(element_count(shape), 0.0F));
+  return add(name, Tensor::zeros(device_, shape), 0);
 }
 
 Tensor ParameterStore::create_gain(const std::string& name, const std::string& other, int64_t count) {
   find(other);
   size_t index = 0;
   while (parameters_[index].name != other) ++index;
-  return create(name, {count}, std::vector<float>(count, static_cast<float>(norms_[index])));
+  return add(name, {count}, std::vector<float>(count, static_cast<float>(norms_[index])));
 }
 
 const Tensor& ParameterStore::find(std::string_view name) const {

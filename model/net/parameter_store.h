@@ -35,7 +35,8 @@ class ParameterStore {
   int64_t count() const;
 
  private:
-  Tensor create(const std::string& name, const Shape& shape, const std::vector<float>& values);
+  Tensor add(const std::string& name, Tensor tensor, double norm);
+  Tensor add(const std::string& name, const Shape& shape, const std::vector<float>& values);
 
   Device& device_;
   uint64_t seed_;

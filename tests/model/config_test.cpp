@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <fstream>
+#include <sstream>
 
 #include "host/error.h"
 
@@ -61,6 +62,22 @@ TEST_CASE("faults of a file are one line that names file, key and remedy") {
   CHECK_THROWS_AS(load_config("no/such/file.json"), Error);
 }
 
+TEST_CASE("damaged files are errors, whatever the damage") {
+  const std::string text = config_text(Config{});
+  for (size_t length = 0; length + 2 < text.size(); length += 7) {
+    CHECK_THROWS_AS(parse_config(text.substr(0, length), "f.json"), Error);
+  }
+  CHECK_THROWS_AS(parse_config("{\"net\": {\"width\": 1e999}}", "f.json"), Error);
+  CHECK_THROWS_AS(parse_config("{\"net\": {\"\xff\": 1}}", "f.json"), Error);
+  CHECK_THROWS_AS(parse_config(std::string(100000, '['), "f.json"), Error);
+  Config config;
+  CHECK_THROWS_AS(apply_override(config, "net.width=\xff"), Error);
+  CHECK_THROWS_AS(apply_override(config, "=1"), Error);
+  CHECK_THROWS_AS(apply_override(config, "net.width.more=1"), Error);
+  apply_override(config, "data.hold_out=\xff");
+  CHECK_FALSE(config_text(config).empty());
+}
+
 TEST_CASE("overrides from the command line need no quotes") {
   Config config;
   apply_override(config, "net.width=0.5");
@@ -92,4 +109,16 @@ TEST_CASE("the configs of the repository are valid, and full.json is the default
   const std::filesystem::path folder = std::filesystem::path(DEGAS_TEST_VECTORS) / ".." / ".." / "configs";
   CHECK(config_text(load_config(folder / "full.json")) == config_text(Config{}));
   CHECK(config_hash(load_config(folder / "quick.json")) != config_hash(Config{}));
+  // The README explains every key.
+  std::ostringstream readme;
+  readme << std::ifstream(folder / "README.md").rdbuf();
+  std::istringstream lines(config_text(Config{}));
+  for (std::string line; std::getline(lines, line);) {
+    const size_t begin = line.find('"'), end = line.find("\":");
+    if (begin == std::string::npos || end == std::string::npos || line.find('{') != std::string::npos) continue;
+    const std::string key = line.substr(begin + 1, end - begin - 1);
+    INFO(key);
+    CHECK((readme.str().find("`" + key + "`") != std::string::npos ||
+           readme.str().find("." + key + "`") != std::string::npos));
+  }
 }

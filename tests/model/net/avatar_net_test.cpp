@@ -4,6 +4,7 @@
 #include <set>
 
 #include "host/error.h"
+#include "host/ops/pointwise.h"
 #include "host/ops/reduction.h"
 #include "tests/support/test_devices.h"
 
@@ -201,6 +202,48 @@ TEST_CASE("the latent's noise follows the seed and stays out of evaluation") {
   CHECK(feature(noisy, inputs, 5) == feature(noisy, inputs, 5));
   CHECK(feature(noisy, inputs, 5) != feature(noisy, inputs, 6));
   CHECK(feature(noisy, inputs, 5) != feature(noisy, inputs));
+}
+
+TEST_CASE("biases are tied above the largest untied side, or everywhere") {
+  Device& device = test::device(KernelSet::Wide);
+  NetConfig config = small_config();
+  config.untied_bias_max_resolution = 32;
+  const AvatarNet partly = make_net(device, config);
+  CHECK(partly.parameters().find("decoder.0.first.bias").shape() == Shape{32, 32, 48});
+  CHECK(partly.parameters().find("decoder.1.first.bias").shape() == Shape{24});
+  config.untied_bias = false;
+  AvatarNet tied = make_net(device, config);
+  CHECK(tied.parameters().find("decoder.0.first.bias").shape() == Shape{48});
+  CHECK(all_maps(tied, random_inputs(device, 10)).size() == size_t{128 * 128 * 14});
+}
+
+TEST_CASE("a step repeats to the bit, and allocates nothing after the first") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  NetConfig config = small_config();
+  config.noise_std = 1;
+  config.kl_weight = 0.1;
+  AvatarNet net = make_net(device, config);
+  const AvatarNet::Inputs inputs = random_inputs(device, 10);
+  const auto gradients = [&] {
+    Tape tape(device);
+    const HeadMaps maps = net.decode(tape, inputs, 5);
+    Tensor loss = add(tape, maps.divergence, mean(tape, maps.position_offsets));
+    loss = add(tape, loss, add(tape, mean(tape, maps.rotation_scale), mean(tape, maps.color_opacity)));
+    tape.backward(loss);
+    std::vector<double> values;
+    for (const auto& parameter : net.parameters().parameters()) {
+      INFO(parameter.name);
+      REQUIRE(parameter.value.has_gradient());
+      const std::vector<double> part = parameter.value.gradient().to_host<double>();
+      values.insert(values.end(), part.begin(), part.end());
+      Tensor(parameter.value).clear_gradient();
+    }
+    return values;
+  };
+  const std::vector<double> first = gradients();
+  const size_t allocations = device.memory_statistics().device_allocations;
+  CHECK(gradients() == first);
+  CHECK(device.memory_statistics().device_allocations == allocations);
 }
 
 TEST_CASE("wrong sizes are refused") {
