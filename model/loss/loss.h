@@ -42,10 +42,10 @@ struct LossTerms {
 /// optimiser, schedule"). Decides and adds on the device.
 class Loss {
  public:
-  /// base_log_scales: (N,3). offset_limit: TrainConfig's gradient_clip.offset_limit; a step whose mean |d_mu| exceeds
-  /// it has the offset term alone; 0: never. Throws Error when lpips_weight > 0 and there are no weights
-  /// (lpips_weights.h).
-  Loss(Device& device, const LossConfig& config, double offset_limit, const Tensor& base_log_scales);
+  /// Reads config.loss, net.kl_weight and train.gradient_clip.offset_limit (a step whose mean |d_mu| exceeds it has the
+  /// offset term alone; 0: never). base_log_scales: (N,3). Throws Error when loss.lpips_weight > 0 and there are no
+  /// weights (lpips_weights.h).
+  Loss(Device& device, const Config& config, const Tensor& base_log_scales);
 
   /// step: counts from 0; every lpips_every-th has the perceptual term, its weight grown as much.
   LossTerms evaluate(Tape& tape, const std::vector<LossView>& views, const LossMaps& maps, int64_t step) const;
