@@ -1,9 +1,8 @@
 // Which tiles a projected splat touches: those with a pixel centre inside its ellipse alpha >= ALPHA_MIN (by the ellipse's
 // exact reach within the tile's rows, grown by MARGIN for rounding), counted and then listed by one and the same function.
 // -D TILE_WIDTH, TILE_HEIGHT: pixels of a tile.
-// Arrays: records (N,RECORD_SIZE); order (N): splats by (depth, index); rank_counts, rank_offsets (N) by place in that order;
-// slot_counts, slot_offsets (N) by splat; tile_keys, slot_splats (M): one entry per intersection, front to back, a splat's
-// tiles row by row; tile_starts (tiles + 1).
+// Arrays: records (N,RECORD_SIZE); order (N): splats by (depth, index); slot_counts, slot_offsets (N); tile_keys, slot_splats
+// (M): one entry per intersection, numbered front to back by splat; tile_starts (tiles + 1).
 // Launch: one item per splat, intersection or tile; local size free. Deterministic: every element has one writer.
 #include "common/real.cl"
 #include "common/splat.cl"
@@ -26,8 +25,10 @@ inline Span tiles_between(const REAL low, const REAL high, const int size, const
   return span;
 }
 
-// Tile columns of the ellipse between the first and last pixel centres of a tile row.
-inline Span columns_in_row(global const REAL* record, const int row, const int width) {
+// Tile columns of the ellipse between the first and last pixel centres of a tile row. `box` is its reach over all rows,
+// which is the answer already when it has but one row or one column.
+inline Span columns_in_row(global const REAL* record, const Span rows, const Span box, const int row, const int width) {
+  if (rows.first == rows.last || box.first >= box.last) return box;
   const REAL u = record[RECORD_U], v = record[RECORD_V], half_width = record[RECORD_WIDTH], tilt = record[RECORD_TILT];
   const REAL slope = record[RECORD_SLOPE], sharpness_x = record[RECORD_SHARPNESS_X], sharpness_y = record[RECORD_SHARPNESS_Y];
   const REAL reach = record[RECORD_LOG2_OPACITY] - LOG2_ALPHA_MIN;
@@ -50,38 +51,49 @@ inline Span rows_of(global const REAL* record, const int height) {
   return tiles_between(record[RECORD_V] - record[RECORD_HEIGHT], record[RECORD_V] + record[RECORD_HEIGHT], TILE_HEIGHT, height);
 }
 
-kernel void count_tiles(global const REAL* records, global const uint* order, global uint* slot_counts,
-                        global uint* rank_counts, const int width, const int height, const long count) {
-  const long rank = get_global_id(0);
-  if (rank >= count) return;
-  const uint splat = order[rank];
-  global const REAL* record = records + (long)splat * RECORD_SIZE;
-  const Span rows = rows_of(record, height);
+inline Span columns_of(global const REAL* record, const int width) {
+  return tiles_between(record[RECORD_U] - record[RECORD_WIDTH], record[RECORD_U] + record[RECORD_WIDTH], TILE_WIDTH, width);
+}
+
+// slot_counts[splat] = how many tiles it touches.
+kernel void count_tiles(global const REAL* records, global uint* slot_counts, const int width, const int height,
+                        const long count) {
+  const long splat = get_global_id(0);
+  if (splat >= count) return;
+  global const REAL* record = records + splat * RECORD_SIZE;
+  const Span rows = rows_of(record, height), box = columns_of(record, width);
   uint tiles = 0;
   for (int row = rows.first; row <= rows.last; ++row) {
-    const Span columns = columns_in_row(record, row, width);
+    const Span columns = columns_in_row(record, rows, box, row, width);
     tiles += (uint)max(columns.last - columns.first + 1, 0);
   }
   slot_counts[splat] = tiles;
-  rank_counts[rank] = tiles;
 }
 
-kernel void list_tiles(global const REAL* records, global const uint* order, global const uint* rank_offsets,
-                       global uint* slot_offsets, global uint* tile_keys, global uint* slot_splats, const int width,
-                       const int height, const long count) {
+// Between the order of the splats and their order by depth: sorted[rank] = values[order[rank]], and back.
+kernel void to_depth_order(global const uint* values, global const uint* order, global uint* sorted, const long count) {
   const long rank = get_global_id(0);
-  if (rank >= count) return;
-  const uint splat = order[rank];
-  global const REAL* record = records + (long)splat * RECORD_SIZE;
-  const Span rows = rows_of(record, height);
+  if (rank < count) sorted[rank] = values[order[rank]];
+}
+kernel void from_depth_order(global const uint* sorted, global const uint* order, global uint* values, const long count) {
+  const long rank = get_global_id(0);
+  if (rank < count) values[order[rank]] = sorted[rank];
+}
+
+// From slot_offsets[splat] on: the tiles of the splat, row by row.
+kernel void list_tiles(global const REAL* records, global const uint* slot_offsets, global uint* tile_keys,
+                       global uint* slot_splats, const int width, const int height, const long count) {
+  const long splat = get_global_id(0);
+  if (splat >= count) return;
+  global const REAL* record = records + splat * RECORD_SIZE;
+  const Span rows = rows_of(record, height), box = columns_of(record, width);
   const int grid_columns = (width + TILE_WIDTH - 1) / TILE_WIDTH;
-  uint slot = rank_offsets[rank];
-  slot_offsets[splat] = slot;
+  uint slot = slot_offsets[splat];
   for (int row = rows.first; row <= rows.last; ++row) {
-    const Span columns = columns_in_row(record, row, width);
+    const Span columns = columns_in_row(record, rows, box, row, width);
     for (int column = columns.first; column <= columns.last; ++column) {
       tile_keys[slot] = (uint)(row * grid_columns + column);
-      slot_splats[slot] = splat;
+      slot_splats[slot] = (uint)splat;
       ++slot;
     }
   }

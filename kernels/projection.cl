@@ -10,6 +10,7 @@
 
 #define COMPENSATION_MIN ((REAL)0.005)
 #define QUATERNION_MIN ((REAL)1e-6)
+#define LOG_SCALE_MAX ((REAL)80)
 #define LARGEST ((REAL)3e38)
 #define CULLED_KEY 0xFFFFFFFFu
 
@@ -146,7 +147,7 @@ kernel void project_forward(global const REAL* positions, global const REAL* rot
   const REALV visible =
       (f.z >= view.near_plane && f.z <= LARGEST && f.inverse_norm <= 1 / sqrt(QUATERNION_MIN) && f.inverse_norm > 0 &&
        given_opacity <= 1 && opacity >= ALPHA_MIN && fabs(red) <= LARGEST && fabs(green) <= LARGEST && fabs(blue) <= LARGEST &&
-       fabs(s0) <= LARGEST && fabs(s1) <= LARGEST && fabs(s2) <= LARGEST && width <= LARGEST && height <= LARGEST &&
+       fabs(s0) <= LOG_SCALE_MAX && fabs(s1) <= LOG_SCALE_MAX && fabs(s2) <= LOG_SCALE_MAX && width <= LARGEST && height <= LARGEST &&
        f.determinant >= (REAL)1e-37 && u + width > 0 && u - width < view.width && v + height > 0 && v - height < view.height)
           ? (REALV)1
           : (REALV)-1;

@@ -39,7 +39,7 @@ typedef struct {
   int first_row, last_row;
 } TileSplat;
 
-inline TileSplat tile_splat(global const REAL* record, const Tile tile) {
+inline TileSplat tile_splat(const REAL* record, const Tile tile) {
   TileSplat splat;
   splat.u = record[RECORD_U] - tile.left;
   splat.v = record[RECORD_V] - tile.top;
@@ -51,6 +51,10 @@ inline TileSplat tile_splat(global const REAL* record, const Tile tile) {
   splat.first_row = (int)ceil(fmin(fmax(splat.v - half_height - (REAL)0.5, (REAL)0), (REAL)TILE_HEIGHT));
   splat.last_row = (int)floor(fmin(fmax(splat.v + half_height - (REAL)0.5, (REAL)-1), (REAL)(tile.rows - 1)));
   return splat;
+}
+
+inline REALV record_in_place(global const REAL* records, global const uint* slot_splats, const uint slot) {
+  return LOAD_VECTOR((long)slot_splats[slot], records);
 }
 
 // The Gaussian along one row of pixels: log2(alpha) = peak - (sharpness (x - center))^2.
@@ -105,8 +109,12 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
   }
 
   const uint begin = tile_starts[tile_index], end = tile_starts[tile_index + 1];
+  // The next record is on its way while this one is drawn.
+  REAL record[RECORD_SIZE];
+  REALV next = begin < end ? record_in_place(records, slot_splats, order[begin]) : (REALV)0;
   for (uint i = begin; i < end; ++i) {
-    global const REAL* record = records + (long)slot_splats[order[i]] * RECORD_SIZE;
+    STORE_VECTOR(next, 0, record);
+    if (i + 1 < end) next = record_in_place(records, slot_splats, order[i + 1]);
     const TileSplat splat = tile_splat(record, tile);
     const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1], splat_blue = record[RECORD_COLOR + 2];
     for (int row = splat.first_row; row <= splat.last_row; ++row) {
@@ -222,9 +230,12 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
   }
 
   for (uint i = used_end; i < end; ++i) STORE_VECTOR((REALV)0, (long)order[i], slots);
+  REAL record[RECORD_SIZE];
+  REALV next = used_end > begin ? record_in_place(records, slot_splats, order[used_end - 1]) : (REALV)0;
   for (uint i = used_end; i-- > begin;) {
     const uint slot = order[i];
-    global const REAL* record = records + (long)slot_splats[slot] * RECORD_SIZE;
+    STORE_VECTOR(next, 0, record);
+    if (i > begin) next = record_in_place(records, slot_splats, order[i - 1]);
     const TileSplat splat = tile_splat(record, tile);
     const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1], splat_blue = record[RECORD_COLOR + 2];
     REALV w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0, wyy = 0, sum_red = 0, sum_green = 0, sum_blue = 0;

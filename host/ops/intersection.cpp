@@ -42,17 +42,18 @@ Intersections intersect_tiles(SplatWorkspace& workspace, const ProjectedSplats& 
   const Tensor depth_order = radix_sort(projected.depth_keys, splats).places;
   result.slot_counts = Tensor(device, {splats}, Element::UInt32);
   result.slot_offsets = Tensor(device, {splats}, Element::UInt32);
-  const Tensor rank_counts(device, {splats}, Element::UInt32);
-  launch(device, "count_tiles", splats, projected.records, depth_order, result.slot_counts, rank_counts, camera.width,
-         camera.height, splats);
-  const Scan offsets = exclusive_scan(rank_counts);
+  launch(device, "count_tiles", splats, projected.records, result.slot_counts, camera.width, camera.height, splats);
+  const Tensor sorted_counts(device, {splats}, Element::UInt32);
+  launch(device, "to_depth_order", splats, result.slot_counts, depth_order, sorted_counts, splats);
+  const Scan offsets = exclusive_scan(sorted_counts);
+  launch(device, "from_depth_order", splats, offsets.sums, depth_order, result.slot_offsets, splats);
   result.count = checked_intersection_count(offsets.totals, offsets.total_index, camera);
 
   const Shape capacity = {workspace.reserve(result.count)};
   const Tensor tile_keys(device, capacity, Element::UInt32);
   result.slot_splats = Tensor(device, capacity, Element::UInt32);
-  launch(device, "list_tiles", splats, projected.records, depth_order, offsets.sums, result.slot_offsets, tile_keys,
-         result.slot_splats, camera.width, camera.height, splats);
+  launch(device, "list_tiles", splats, projected.records, result.slot_offsets, tile_keys, result.slot_splats,
+         camera.width, camera.height, splats);
   const SortedKeys by_tile = radix_sort(tile_keys, result.count, std::bit_width(static_cast<unsigned>(tiles)));
   result.order = by_tile.places;
   result.tile_starts = Tensor(device, {tiles + 1}, Element::UInt32);

@@ -7,8 +7,8 @@
 
 namespace degas {
 
-/// N anisotropic 3D Gaussians. A splat with a non-finite number, a quaternion of norm below 1e-3 or an opacity outside
-/// [1/255, 1] is not drawn and receives zero gradients.
+/// N anisotropic 3D Gaussians. A splat with a non-finite number, a quaternion of norm below 1e-3, a log-scale beyond +-80
+/// or an opacity outside [1/255, 1] is not drawn and receives zero gradients.
 struct Splats {
   Tensor positions;   ///< (N,3) metres, world
   Tensor rotations;   ///< (N,4) quaternions w,x,y,z of any norm

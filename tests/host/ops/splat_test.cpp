@@ -3,58 +3,213 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <random>
 
 #include "host/autograd/gradient_check.h"
+#include "host/ops/pointwise.h"
+#include "host/ops/reduction.h"
 #include "tests/support/splat_reference.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;
 using namespace degas::test;
 
+namespace {
+
+constexpr std::array<double, 3> background = {0.2, 0.5, 0.9};
+constexpr std::array<double, 4> upright = {1, 0, 0, 0};
+
+/// Looks along +z from the origin; 48 x 32 pixels, centred.
+Camera plain_camera() {
+  Camera camera;
+  camera.width = 48;
+  camera.height = 32;
+  camera.fx = camera.fy = 40;
+  camera.cx = 24;
+  camera.cy = 16;
+  return camera;
+}
+
+/// Largest error of the tape's gradients against finite differences, with the smooth cut-off.
+double gradient_error(Device& device, const SplatScene& scene, const Camera& camera, SplatOptions options = {}) {
+  options.smooth_cutoff = true;
+  SplatWorkspace workspace;
+  const auto draw = [&](Tape& tape, const std::vector<Tensor>& in) {
+    const SplatImage image = splat(tape, workspace, {in[0], in[1], in[2], in[3], in[4]}, camera, background, options);
+    return std::vector{image.color, image.alpha};
+  };
+  const Splats s = scene.upload(device);
+  GradientCheckOptions check;
+  check.step = 1e-6;
+  check.samples_per_input = 30;
+  return gradient_check(device, draw, {s.positions, s.rotations, s.log_scales, s.opacities, s.colors}, check);
+}
+
+}  // namespace
+
 TEST_CASE("splatting equals the independent renderer") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const auto [width, height] =
       GENERATE(std::pair{16, 16}, std::pair{37, 29}, std::pair{64, 48}, std::pair{1, 1}, std::pair{131, 17});
-  const bool antialias = GENERATE(false, true);
+  SplatOptions options;
+  options.antialias = GENERATE(false, true);
   const SplatScene scene = random_scene(150, 1);
   const Camera camera = test_camera(width, height);
-  SplatOptions options;
-  options.antialias = antialias;
   Tape tape(device, false);
   SplatWorkspace workspace;
-  const SplatImage image = splat(tape, workspace, scene.upload(device), camera, {0.2, 0.5, 0.9}, options);
-  const ReferenceImage expected = reference_render(scene, camera, {0.2, 0.5, 0.9}, options);
+  const SplatImage image = splat(tape, workspace, scene.upload(device), camera, background, options);
+  const ReferenceImage expected = reference_render(scene, camera, background, options);
   CHECK(largest_difference(image.color.to_host<double>(), expected.color) < 2e-5);
   CHECK(largest_difference(image.alpha.to_host<double>(), expected.alpha) < 2e-5);
 }
-
-namespace {
-
-/// The gradient check's function: inputs in the order of Splats' fields.
-DifferentiableFunction drawn(SplatWorkspace& workspace, const Camera& camera, const SplatOptions& options) {
-  return [&workspace, camera, options](Tape& tape, const std::vector<Tensor>& in) {
-    const SplatImage image =
-        splat(tape, workspace, {in[0], in[1], in[2], in[3], in[4]}, camera, {0.2, 0.5, 0.9}, options);
-    return std::vector{image.color, image.alpha};
-  };
-}
-
-double checked_gradient(Device& device, const SplatScene& scene, const Camera& camera, SplatOptions options) {
-  options.smooth_cutoff = true;
-  SplatWorkspace workspace;
-  const Splats s = scene.upload(device);
-  GradientCheckOptions check;
-  check.step = 1e-6;
-  check.samples_per_input = 40;
-  return gradient_check(device, drawn(workspace, camera, options),
-                        {s.positions, s.rotations, s.log_scales, s.opacities, s.colors}, check);
-}
-
-}  // namespace
 
 TEST_CASE("splatting gradients pass finite differences") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
   SplatOptions options;
   options.antialias = GENERATE(false, true);
-  CHECK(checked_gradient(device, random_scene(21, 3), test_camera(37, 29), options) < 1e-5);
+  CHECK(gradient_error(device, random_scene(21, 3), test_camera(37, 29), options) < 1e-5);
+}
+
+TEST_CASE("gradients hold where the Jacobian is clamped") {
+  // Centres at 1.2 (free) and 1.5 times (clamped) the half frustum, on each side of each axis, wide enough to be seen.
+  Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
+  const Camera camera = plain_camera();
+  SplatScene scene;
+  const double edge_x = 0.6, edge_y = 0.4, z = 2;
+  for (double factor : {1.2, 1.5}) {
+    for (double side : {-1.0, 1.0}) {
+      scene.add({side * factor * edge_x * z, 0.1, z + 0.1 * side + factor}, upright, {-0.4, -1.5, -0.8}, 0.7,
+                {1, 0.3, 0.2});
+      scene.add({0.1, side * factor * edge_y * z, z + 0.15 * side + factor}, {0.9, 0.3, 0.1, 0.2}, {-1.5, -0.5, -0.7},
+                0.6, {0.1, 0.9, 0.2});
+    }
+  }
+  CHECK(gradient_error(device, scene, camera) < 1e-5);
+}
+
+TEST_CASE("gradients of the antialiased opacity hold far below a pixel, and vanish at the compensation's floor") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
+  SplatOptions options;
+  options.antialias = true;
+  SplatScene scene;
+  scene.add({0.02, 0.01, 2}, {1, 0.2, 0.3, 0.1}, {-4.3, -4.6, -4.4}, 0.95, {1, 0.5, 0.2});
+  scene.add({0.3, 0.2, 2}, upright, {-4, -3.5, -4.2}, 0.9, {0.2, 0.5, 1});
+  CHECK(gradient_error(device, scene, plain_camera(), options) < 1e-5);
+  // 45 micrometres: 0.95 times the floor of 0.005 is just visible. Alone, so that no larger gradient hides its own.
+  SplatScene speck;
+  speck.add({0.0125, 0.0125, 1}, upright, {-10, -10, -10}, 0.95, {1, 0.5, 0.2});
+  // Its gradients are near what differences of doubles can tell.
+  CHECK(gradient_error(device, speck, plain_camera(), options) < 1e-4);
+  Tape tape(device);
+  SplatWorkspace workspace;
+  const Splats splats = speck.upload(device);
+  const SplatImage image = splat(tape, workspace, splats, plain_camera(), background, options);
+  tape.backward(sum(tape, image.alpha));
+  CHECK(splats.opacities.gradient().to_host<double>()[0] == Approx(0.005).epsilon(1e-3));
+}
+
+TEST_CASE("a clamped alpha passes no opacity gradient") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
+  SplatScene scene;
+  scene.add({0.03, 0.02, 1}, upright, {-0.7, -0.8, -0.7}, 0.997, {1, 0.5, 0.2});
+  scene.add({-0.03, 0.02, 2}, upright, {-0.7, -0.8, -0.7}, 0.5, {0.1, 0.5, 0.2});
+  CHECK(gradient_error(device, scene, plain_camera()) < 1e-5);
+  // So wide that alpha is clamped in every pixel.
+  SplatScene wide;
+  wide.add({0, 0, 1}, upright, {4, 4, 4}, 0.997, {1, 0.5, 0.2});
+  const Splats splats = wide.upload(device);
+  Tape tape(device);
+  SplatWorkspace workspace;
+  tape.backward(sum(tape, splat(tape, workspace, splats, plain_camera(), background).color));
+  CHECK(splats.opacities.gradient().to_host<double>()[0] == 0);
+  CHECK(splats.colors.gradient().to_host<double>()[0] == Approx(0.99 * 48 * 32));
+}
+
+TEST_CASE("behind the last contributor there is nothing, forward and backward") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  SplatScene scene;
+  for (int n = 0; n < 30; ++n) {
+    scene.add({0, 0, 1 + 0.1 * n}, upright, {3, 3, 3}, 0.9, {0.1 * (n % 7), 0.5, 1 - 0.03 * n});
+  }
+  const Splats splats = scene.upload(device);
+  Tape tape(device);
+  SplatWorkspace workspace;
+  const SplatImage image = splat(tape, workspace, splats, plain_camera(), background);
+  const ReferenceImage expected = reference_render(scene, plain_camera(), background, {});
+  CHECK(largest_difference(image.color.to_host<double>(), expected.color) < 1e-5);
+  const std::vector<double> alpha = image.alpha.to_host<double>();
+  tape.backward(sum(tape, image.color));
+  const std::vector<double> gradient = splats.colors.gradient().to_host<double>();
+  // 0.1^4 = 1e-4 may or may not be below the limit; after five splats every pixel is full.
+  for (int n = 0; n < 4; ++n) CHECK(gradient[3 * n] > 0);
+  for (int n = 5; n < 30; ++n) CHECK(gradient[3 * n] == 0);
+  CHECK(gradient[0] == Approx(0.9 * 48 * 32).epsilon(0.02));
+  CHECK(*std::min_element(alpha.begin(), alpha.end()) > 0.9998);
+}
+
+TEST_CASE("an off-centre principal point gives the crop of the full image") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const Camera full = test_camera(128, 96);
+  const int left = 80, top = 56, width = 41, height = 33;
+  SplatScene scene = random_scene(200, 4);
+  // Small enough not to reach the crop from where its Jacobian is clamped and the full image's is not.
+  for (double& value : scene.log_scales) value = std::min(value, -3.0);
+  const Splats splats = scene.upload(device);
+  Tape tape(device, false);
+  SplatWorkspace workspace;
+  const std::vector<double> whole = splat(tape, workspace, splats, full, background).color.to_host<double>();
+  const std::vector<double> part =
+      splat(tape, workspace, splats, full.cropped(left, top, width, height), background).color.to_host<double>();
+  std::vector<double> expected;
+  for (int row = 0; row < height; ++row) {
+    const auto begin = whole.begin() + ((top + row) * 128 + left) * 3;
+    expected.insert(expected.end(), begin, begin + width * 3);
+  }
+  CHECK(largest_difference(part, expected) < 1e-5);
+}
+
+TEST_CASE("shuffled splats give the same image, also at equal depths") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  SplatScene scene = random_scene(200, 5);
+  std::vector<int> order(scene.count());
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), std::mt19937(2));
+  Tape tape(device, false);
+  SplatWorkspace workspace;
+  const Camera camera = test_camera(64, 48);
+  const auto draw = [&](const SplatScene& s) {
+    return splat(tape, workspace, s.upload(device), camera, background).color.to_host<double>();
+  };
+  CHECK(draw(scene) == draw(scene.permuted(order)));
+  // Equal depths: the index decides, as in the reference's stable sort.
+  SplatScene ties;
+  for (int n = 0; n < 40; ++n)
+    ties.add({0.01 * n, 0, 2}, upright, {-2, -2, -2}, 0.4, {n % 3 / 2.0, n % 5 / 4.0, n % 7 / 6.0});
+  Camera plain = plain_camera();
+  const std::vector<double> image =
+      splat(tape, workspace, ties.upload(device), plain, background).color.to_host<double>();
+  CHECK(largest_difference(image, reference_render(ties, plain, background, {}).color) < 2e-5);
+}
+
+TEST_CASE("two runs give equal bits and the second allocates nothing") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const SplatScene scene = random_scene(400, 6);
+  const Tensor weights = random_tensor(device, {77, 93, 3}, 3);
+  SplatWorkspace workspace;
+  const auto run = [&] {
+    const Splats splats = scene.upload(device);
+    Tape tape(device);
+    const SplatImage image = splat(tape, workspace, splats, test_camera(93, 77), background);
+    tape.backward(sum(tape, multiply(tape, image.color, weights)));
+    std::vector<std::vector<float>> bits = {image.color.to_host<float>(), image.alpha.to_host<float>()};
+    for (const Tensor& field :
+         {splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.colors}) {
+      bits.push_back(field.gradient().to_host<float>());
+    }
+    return bits;
+  };
+  const auto first = run();
+  const size_t allocations = device.memory_statistics().device_allocations;
+  CHECK(run() == first);
+  CHECK(device.memory_statistics().device_allocations == allocations);
 }

@@ -1,0 +1,219 @@
+// The ways in which splatters are known to fail: each case here is one of them.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/ops/pointwise.h"
+#include "host/ops/reduction.h"
+#include "host/ops/splat.h"
+#include "tests/support/splat_reference.h"
+#include "tests/support/test_devices.h"
+
+using namespace degas;
+using namespace degas::test;
+
+namespace {
+
+constexpr std::array<double, 3> background = {0.25, 0.5, 0.75};
+constexpr std::array<double, 4> upright = {1, 0, 0, 0};
+
+/// Looks along +z from the origin; 48 x 32 pixels, centred.
+Camera plain_camera() {
+  Camera camera;
+  camera.width = 48;
+  camera.height = 32;
+  camera.fx = camera.fy = 40;
+  camera.cx = 24;
+  camera.cy = 16;
+  return camera;
+}
+
+struct Drawn {
+  std::vector<float> color, alpha;
+  std::array<std::vector<float>, 5> gradients;  ///< in the order of Splats' fields, of the sum of a weighted image
+};
+
+Drawn draw(Device& device, const SplatScene& scene, const Camera& camera, const SplatOptions& options = {}) {
+  const Splats s = scene.upload(device);
+  Tape tape(device);
+  SplatWorkspace workspace;
+  const SplatImage image = splat(tape, workspace, s, camera, background, options);
+  const Tensor weights = random_tensor(device, image.color.shape(), 9);
+  tape.backward(add(tape, sum(tape, multiply(tape, image.color, weights)), mean(tape, image.alpha)));
+  Drawn drawn{image.color.to_host<float>(), image.alpha.to_host<float>(), {}};
+  const Tensor fields[] = {s.positions, s.rotations, s.log_scales, s.opacities, s.colors};
+  for (int f = 0; f < 5; ++f) drawn.gradients[f] = fields[f].gradient().to_host<float>();
+  return drawn;
+}
+
+bool all_finite(const std::vector<float>& values) {
+  return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
+}
+
+bool all_finite(const Drawn& drawn) {
+  return all_finite(drawn.color) && all_finite(drawn.alpha) &&
+         std::all_of(drawn.gradients.begin(), drawn.gradients.end(), [](const auto& g) { return all_finite(g); });
+}
+
+bool all_zero(const std::vector<float>& values) {
+  return std::all_of(values.begin(), values.end(), [](float value) { return value == 0; });
+}
+
+/// Six splats within the left twelve columns of plain_camera.
+SplatScene left_scene() {
+  SplatScene scene;
+  for (int n = 0; n < 6; ++n) {
+    scene.add({-0.9 - 0.02 * n, -0.4 + 0.15 * n, 2 + 0.01 * n}, {1, 0.1 * n, 0.2, 0.3}, {-3.2, -3.6, -3.4}, 0.6,
+              {0.1 * n, 0.5, 0.9});
+  }
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("splats at and behind the near plane are culled before any division") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const SplatScene base = random_scene(50, 2);
+  const Camera camera = plain_camera();
+  const Drawn alone = draw(device, base, camera);
+  SplatScene behind = base;
+  const double near_plane = SplatOptions{}.near_plane;
+  const std::vector<double> depths = {near_plane * (1 - 1e-5), 1e-20, 0.0, -0.0, -1e-20, -0.05, -3};
+  for (double z : depths) behind.add({0.001, 0, z}, upright, {-2, -2, -2}, 0.9, {1, 0, 0});
+  const Drawn drawn = draw(device, behind, camera);
+  CHECK(drawn.color == alone.color);
+  CHECK(drawn.alpha == alone.alpha);
+  for (int f = 0; f < 5; ++f) {
+    const std::vector<float>& with = drawn.gradients[f];
+    const size_t kept = alone.gradients[f].size();
+    CHECK(std::vector<float>(with.begin(), with.begin() + kept) == alone.gradients[f]);
+    CHECK(all_zero(std::vector<float>(with.begin() + kept, with.end())));
+  }
+  SplatScene before = base;
+  before.add({0, 0, near_plane * (1 + 1e-5)}, upright, {-5, -5, -5}, 0.9, {1, 0, 0});
+  const Drawn visible = draw(device, before, camera);
+  CHECK(visible.color != alone.color);
+  CHECK(all_finite(visible));
+}
+
+TEST_CASE("a bad number in any slot leaves the rest of the image and its gradients unchanged") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const SplatScene base = left_scene();
+  const Camera camera = plain_camera();
+  const Drawn expected = draw(device, base, camera);
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {std::nan(""), infinity, -infinity, 1e-40, 1e30, -1e30}) {
+    for (int slot = 0; slot < 14; ++slot) {
+      CAPTURE(bad, slot);
+      if (bad == 1e-40 && slot >= 7 && slot <= 9) continue;  // a scale of one metre is no fault, and covers the image
+      SplatScene scene;
+      scene.add({0.6, 0.1, 1.5}, {1, 0.2, 0.1, 0.3}, {-2.5, -2.7, -2.6}, 0.8, {0.3, 0.6, 0.9});
+      std::vector<double>* fields[] = {&scene.positions, &scene.rotations, &scene.log_scales, &scene.opacities,
+                                       &scene.colors};
+      int field = 0, element = slot;
+      while (element >= static_cast<int>(fields[field]->size())) element -= static_cast<int>(fields[field++]->size());
+      (*fields[field])[element] = bad;
+      scene.append(base);
+      const Drawn drawn = draw(device, scene, camera);
+      bool same = true;
+      for (int row = 0; row < 32; ++row) {
+        for (int column = 0; column < 12; ++column) {
+          const int pixel = row * 48 + column;
+          same &= drawn.alpha[pixel] == expected.alpha[pixel];
+          for (int c = 0; c < 3; ++c) same &= drawn.color[3 * pixel + c] == expected.color[3 * pixel + c];
+        }
+      }
+      CHECK(same);
+      CHECK(all_finite(drawn));
+      for (int f = 0; f < 5; ++f) {
+        const std::vector<float>& with = drawn.gradients[f];
+        CHECK(std::vector<float>(with.end() - static_cast<long>(expected.gradients[f].size()), with.end()) ==
+              expected.gradients[f]);
+      }
+    }
+  }
+}
+
+TEST_CASE("huge and tiny scales stay finite") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  SplatOptions options;
+  options.antialias = GENERATE(false, true);
+  for (const double log_scale :
+       {40.0, 30.0, 20.0, 10.0, std::log(1e-4), std::log(1e-5), std::log(1e-6), std::log(1e-7), -60.0}) {
+    CAPTURE(log_scale);
+    for (int axes = 1; axes < 8; ++axes) {
+      SplatScene scene = left_scene();
+      const auto axis = [&](int bit) { return axes & bit ? log_scale : -3.0; };
+      scene.add({0.1, 0.05, 2}, {0.8, 0.1, -0.3, 0.4}, {axis(1), axis(2), axis(4)}, 0.7, {0.9, 0.1, 0.4});
+      const Drawn drawn = draw(device, scene, plain_camera(), options);
+      CHECK(all_finite(drawn));
+      CHECK(*std::max_element(drawn.alpha.begin(), drawn.alpha.end()) <= 1);
+    }
+  }
+}
+
+TEST_CASE("a splat of overwhelming size covers the image with its opacity") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  SplatScene scene;
+  scene.add({0.1, 0.05, 2}, {0.8, 0.1, -0.3, 0.4}, {40, 40, 40}, 0.7, {0.9, 0.1, 0.4});
+  for (float alpha : draw(device, scene, plain_camera()).alpha) CHECK(alpha == Approx(0.7f));
+}
+
+TEST_CASE("tiny quaternions are culled, others only count by direction") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const auto with_norm = [&](double norm) {
+    SplatScene scene;
+    scene.add({0.1, 0.05, 2}, {0.8 * norm, 0, 0.6 * norm, 0}, {-1, -2, -1.5}, 0.7, {0.9, 0.1, 0.4});
+    return draw(device, scene, plain_camera());
+  };
+  const Drawn unit = with_norm(1);
+  const auto largest = [](const Drawn& drawn) { return *std::max_element(drawn.alpha.begin(), drawn.alpha.end()); };
+  CHECK(largest(unit) > 0.6f);
+  CHECK(largest(unit) <= 0.7f);
+  for (const double norm : {0.0, 1e-20, 1e-6, 0.99e-3}) {
+    const Drawn culled = with_norm(norm);
+    CHECK(all_zero(culled.alpha));
+    for (const auto& gradient : culled.gradients) CHECK(all_zero(gradient));
+  }
+  for (const double norm : {1.01e-3, 0.1, 100.0, 1e6}) {
+    const Drawn drawn = with_norm(norm);
+    CHECK(all_finite(drawn));
+    CHECK(largest(drawn) == Approx(largest(unit)).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("nothing visible gives the background and zero gradients") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const int count = GENERATE(0, 3);
+  SplatScene scene;
+  for (int n = 0; n < count; ++n) scene.add({100.0, -100.0 * n, 1}, upright, {-3, -3, -3}, 0.9, {1, 1, 1});
+  Camera camera = plain_camera();
+  camera.width = camera.height = 512;
+  const Drawn drawn = draw(device, scene, camera);
+  CHECK(all_zero(drawn.alpha));
+  bool is_background = true;
+  for (size_t i = 0; i < drawn.color.size(); ++i)
+    is_background &= drawn.color[i] == static_cast<float>(background[i % 3]);
+  CHECK(is_background);
+  for (const auto& gradient : drawn.gradients) CHECK(all_zero(gradient));
+}
+
+TEST_CASE("a tiny turn of the camera changes the image little") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const SplatScene scene = random_scene(200, 7);
+  Camera camera = test_camera(64, 48);
+  const Drawn before = draw(device, scene, camera);
+  const double angle = 1e-5;
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn(0, 2) = angle;
+  turn(2, 0) = -angle;
+  camera.rotation = turn * camera.rotation;
+  const Drawn after = draw(device, scene, camera);
+  double largest = 0;
+  for (size_t i = 0; i < before.color.size(); ++i) {
+    largest = std::max(largest, static_cast<double>(std::abs(after.color[i] - before.color[i])));
+  }
+  CHECK(largest > 0);
+  // A splat that enters or leaves a pixel at the cut-off counts 1/255.
+  CHECK(largest < 0.01);
+}
