@@ -1,0 +1,166 @@
+#include "model/data/mannequin_renderer.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+namespace degas {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+using Eigen::Vector4f;
+
+struct ScreenVertex {
+  float x, y, z;  // sample coordinates and depth in metres
+};
+
+/// Twice the signed area of (a, b, p).
+float edge(const ScreenVertex& a, const ScreenVertex& b, float x, float y) {
+  return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
+}
+
+struct SampleBuffer {
+  int width, height;
+  std::vector<float> inverse_depth;
+  std::vector<int> triangle;
+};
+
+void draw_triangles(const std::vector<ScreenVertex>& screen, const std::vector<Eigen::Vector3i>& triangles,
+                    SampleBuffer& buffer) {
+  constexpr float near_plane = 0.05F;
+  for (size_t t = 0; t < triangles.size(); ++t) {
+    const ScreenVertex &a = screen[triangles[t][0]], &b = screen[triangles[t][1]], &c = screen[triangles[t][2]];
+    if (!(a.z > near_plane && b.z > near_plane && c.z > near_plane)) continue;
+    const float area = edge(a, b, c.x, c.y);
+    if (!(area < 0)) continue;  // y points down: outer faces turn the other way round
+    const int left = std::max(0, static_cast<int>(std::ceil(std::min({a.x, b.x, c.x}) - 0.5F)));
+    const int right = std::min(buffer.width - 1, static_cast<int>(std::floor(std::max({a.x, b.x, c.x}) - 0.5F)));
+    const int top = std::max(0, static_cast<int>(std::ceil(std::min({a.y, b.y, c.y}) - 0.5F)));
+    const int bottom = std::min(buffer.height - 1, static_cast<int>(std::floor(std::max({a.y, b.y, c.y}) - 0.5F)));
+    const float scale = 1 / area, ia = 1 / a.z, ib = 1 / b.z, ic = 1 / c.z;
+    for (int y = top; y <= bottom; ++y) {
+      for (int x = left; x <= right; ++x) {
+        const float px = static_cast<float>(x) + 0.5F, py = static_cast<float>(y) + 0.5F;
+        const float wa = edge(b, c, px, py) * scale, wb = edge(c, a, px, py) * scale, wc = edge(a, b, px, py) * scale;
+        if (wa < 0 || wb < 0 || wc < 0) continue;
+        const float inverse = wa * ia + wb * ib + wc * ic;
+        const size_t at = static_cast<size_t>(y) * buffer.width + x;
+        if (inverse <= buffer.inverse_depth[at]) continue;
+        buffer.inverse_depth[at] = inverse;
+        buffer.triangle[at] = static_cast<int>(t);
+      }
+    }
+  }
+}
+
+/// sRGB transfer curve of a linear value, tabulated; values above 1 saturate smoothly.
+uint8_t encode(float linear) {
+  static const std::vector<uint8_t> table = [] {
+    std::vector<uint8_t> values(4096);
+    for (int i = 0; i < 4096; ++i) {
+      const double x = i / 2047.5;  // the table reaches 2
+      const double y = x < 0.7 ? x : 0.7 + 0.3 * (1 - std::exp(-(x - 0.7) / 0.3));
+      const double s = y <= 0.0031308 ? 12.92 * y : 1.055 * std::pow(y, 1 / 2.4) - 0.055;
+      values[i] = static_cast<uint8_t>(std::lround(255 * std::min(1.0, s)));
+    }
+    return values;
+  }();
+  return table[std::clamp(static_cast<int>(linear * 2047.5F + 0.5F), 0, 4095)];
+}
+
+/// Colour of one sample: diffuse light on the texture and a highlight of the key light.
+Vector3f shade(const LitScene& scene, const Vector3f& eye, const std::vector<ScreenVertex>& screen, int triangle,
+               float x, float y) {
+  const Eigen::Vector3i& t = (*scene.triangles)[triangle];
+  const ScreenVertex &a = screen[t[0]], &b = screen[t[1]], &c = screen[t[2]];
+  float wa = edge(b, c, x, y) / a.z, wb = edge(c, a, x, y) / b.z, wc = edge(a, b, x, y) / c.z;
+  const float total = 1 / (wa + wb + wc);
+  wa *= total;
+  wb *= total;
+  wc *= total;
+  const auto& uv = (*scene.texture_coordinates)[triangle];
+  const Vector2f place = wa * uv[0] + wb * uv[1] + wc * uv[2];
+  const Vector4f texel = scene.texture->sample(place.x(), place.y());
+  const Vector3f light = wa * scene.irradiance[t[0]] + wb * scene.irradiance[t[1]] + wc * scene.irradiance[t[2]];
+  Vector3f color = texel.head<3>().cwiseProduct(light);
+  if (texel[3] > 0.002F) {
+    const Vector3f normal =
+        (wa * scene.normals[t[0]] + wb * scene.normals[t[1]] + wc * scene.normals[t[2]]).normalized();
+    const Vector3f position = wa * scene.positions[t[0]] + wb * scene.positions[t[1]] + wc * scene.positions[t[2]];
+    const Vector3f half = ((eye - position).normalized() + scene.key_direction).normalized();
+    const float aligned = std::max(0.0F, normal.dot(half));
+    const float power = texel[3] > 0.5F ? 220.0F : 24.0F;  // wet eyes against skin, leather and hair
+    color += (texel[3] * std::pow(aligned, power)) * light;
+  }
+  return color;
+}
+
+}  // namespace
+
+Vector4f MannequinTexture::sample(float u, float v) const {
+  const float x = std::clamp(u * static_cast<float>(size) - 0.5F, 0.0F, static_cast<float>(size) - 1.001F);
+  const float y = std::clamp((1 - v) * static_cast<float>(size) - 0.5F, 0.0F, static_cast<float>(size) - 1.001F);
+  const int column = static_cast<int>(x), row = static_cast<int>(y);
+  const float fx = x - static_cast<float>(column), fy = y - static_cast<float>(row);
+  const Vector4f* at = texels.data() + static_cast<size_t>(row) * size + column;
+  return (1 - fy) * ((1 - fx) * at[0] + fx * at[1]) + fy * ((1 - fx) * at[size] + fx * at[size + 1]);
+}
+
+RenderedPicture rasterize(const LitScene& scene, const Camera& camera, int supersampling) {
+  SampleBuffer buffer{camera.width * supersampling, camera.height * supersampling, {}, {}};
+  buffer.inverse_depth.assign(static_cast<size_t>(buffer.width) * buffer.height, 0.0F);
+  buffer.triangle.assign(buffer.inverse_depth.size(), -1);
+  std::vector<ScreenVertex> screen(scene.positions.size());
+  const Eigen::Matrix3f rotation = camera.rotation.cast<float>();
+  const Vector3f translation = camera.translation.cast<float>();
+  const auto fx = static_cast<float>(camera.fx * supersampling), fy = static_cast<float>(camera.fy * supersampling);
+  const auto cx = static_cast<float>(camera.cx * supersampling), cy = static_cast<float>(camera.cy * supersampling);
+  for (size_t v = 0; v < screen.size(); ++v) {
+    const Vector3f p = rotation * scene.positions[v] + translation;
+    screen[v] = {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy, p.z()};
+  }
+  draw_triangles(screen, *scene.triangles, buffer);
+
+  const Vector3f eye = camera.center().cast<float>();
+  RenderedPicture picture{camera.width, camera.height, {}, {}};
+  picture.rgb.assign(static_cast<size_t>(3) * camera.width * camera.height, 0);
+  picture.alpha.assign(static_cast<size_t>(camera.width) * camera.height, 0);
+  const int samples = supersampling * supersampling;
+  for (int row = 0; row < camera.height; ++row) {
+    for (int column = 0; column < camera.width; ++column) {
+      std::array<int, 3> sum{};
+      int covered = 0;
+      for (int s = 0; s < samples; ++s) {
+        const int x = column * supersampling + s % supersampling, y = row * supersampling + s / supersampling;
+        const int triangle = buffer.triangle[static_cast<size_t>(y) * buffer.width + x];
+        if (triangle < 0) continue;
+        ++covered;
+        const Vector3f color =
+            shade(scene, eye, screen, triangle, static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
+        for (int k = 0; k < 3; ++k) sum[k] += encode(color[k]);
+      }
+      if (covered == 0) continue;
+      const size_t at = static_cast<size_t>(row) * camera.width + column;
+      picture.alpha[at] = static_cast<uint8_t>((255 * covered + samples / 2) / samples);
+      for (int k = 0; k < 3; ++k) picture.rgb[3 * at + k] = static_cast<uint8_t>((sum[k] + samples / 2) / samples);
+    }
+  }
+  return picture;
+}
+
+void for_each_parallel(int count, int threads, const std::function<void(int)>& body) {
+  std::atomic<int> next{0};
+  const auto work = [&] {
+    for (int i = next++; i < count; i = next++) body(i);
+  };
+  std::vector<std::thread> helpers;
+  for (int k = 1; k < std::min(threads, count); ++k) helpers.emplace_back(work);
+  work();
+  for (auto& helper : helpers) helper.join();
+}
+
+}  // namespace degas
