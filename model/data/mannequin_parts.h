@@ -63,6 +63,19 @@ void add_arm(MannequinBuilder& builder, const TorsoGrid& torso, bool left);
 void add_legs(MannequinBuilder& builder, const TorsoGrid& torso);
 void add_head(MannequinBuilder& builder, const std::vector<int>& neck_row);
 
+/// Point of the superellipse with half axes 1 at an angle from +y towards +x: exponent 2 is the circle, larger ones
+/// are boxier.
+Eigen::Vector2d superellipse(double angle, double exponent);
+/// The point itself on the left, its mirror image on the right.
+Eigen::Vector3d mirrored_side(const Eigen::Vector3d& left_position, bool left);
+/// A closed tube over a start loop; the ideal rings take over from the loop's own shape within `blend` rings. Returns
+/// the loop and the rings.
+std::vector<std::vector<int>> add_tube(MannequinBuilder& builder, const std::vector<int>& loop,
+                                       const std::vector<std::vector<Eigen::Vector3d>>& ideal,
+                                       const std::vector<int>& ring_joints, int blend);
+void close_with_pole(MannequinBuilder& builder, std::vector<std::vector<int>>& rows, const Eigen::Vector3d& tip,
+                     int joint);
+
 /// Skinning weights by diffusion of the rigid assignment over the mesh.
 Eigen::MatrixXf diffuse_weights(const MannequinBuilder& builder);
 /// Non-negative where possible: the smallest combination of nearby vertices that gives the joint.
