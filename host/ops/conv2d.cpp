@@ -2,57 +2,20 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <stdexcept>
+
+#include "host/ops/conv2d_launch.h"
 
 namespace degas {
 namespace {
-
-/// Sizes of one convolution.
-struct Geometry {
-  int batch, height, width, channels;
-  int output_height, output_width, output_channels;
-  int kernel;
-  int stride, padding, groups;
-
-  int depth() const { return channels / groups; }
-  int output_depth() const { return output_channels / groups; }
-  int taps() const { return kernel * kernel; }
-  int64_t positions() const { return int64_t{output_height} * output_width; }
-  int64_t output_pixels() const { return batch * positions(); }
-  Shape output_shape() const { return {batch, output_height, output_width, output_channels}; }
-};
-
-enum class BiasKind { None = 0, Tied = 1, Untied = 2 };
-
-// The two argument structs mirror those of kernels/conv2d.cl and kernels/conv2d_gradient.cl.
-struct GatherArguments {
-  int source_height, source_width, source_channels;
-  int target_height, target_width, target_channels;
-  int batch, groups, kernel;
-  int source_step, target_step, lead;
-  int group_stride = 0, panel_stride = 0, tap_stride = 0, row_stride = 0;
-  int tiles_per_item = 1;
-  int bias_kind = 0;
-};
-
-struct WeightGradientArguments {
-  int batch, height, width, channels;
-  int output_height, output_width, output_channels;
-  int groups, kernel, stride, padding;
-  int units_per_item, rows_per_split, rows_per_pass;
-};
-
-int64_t ceiling(int64_t a, int64_t b) {
-  return (a + b - 1) / b;
-}
 
 [[noreturn]] void refuse(const Tensor& input, const Tensor& weight, const Tensor& bias, const char* reason) {
   throw std::logic_error(fmt::format("[conv2d] {}: input {}, weight {}, bias {}", reason, to_string(input.shape()),
                                      to_string(weight.shape()), bias.defined() ? to_string(bias.shape()) : "none"));
 }
 
-Geometry geometry_of(const Tensor& input, const Tensor& weight, const Tensor& bias, const Conv2dOptions& options) {
+Conv2dGeometry geometry_of(const Tensor& input, const Tensor& weight, const Tensor& bias,
+                           const Conv2dOptions& options) {
   if (input.shape().size() != 4 || weight.shape().size() != 5 || weight.dim(1) != weight.dim(2)) {
     refuse(input, weight, bias, "needs input (N,H,W,Cin) and weight (groups,K,K,Cin/groups,Cout/groups)");
   }
@@ -60,16 +23,16 @@ Geometry geometry_of(const Tensor& input, const Tensor& weight, const Tensor& bi
       input.dim(3) != weight.dim(3) * options.groups) {
     refuse(input, weight, bias, "stride, padding, groups or channels do not fit");
   }
-  Geometry g;
+  Conv2dGeometry g;
   g.batch = static_cast<int>(input.dim(0));
   g.height = static_cast<int>(input.dim(1));
   g.width = static_cast<int>(input.dim(2));
   g.channels = static_cast<int>(input.dim(3));
-  g.kernel = static_cast<int>(weight.dim(1));
+  g.kernel_size = static_cast<int>(weight.dim(1));
   g.stride = options.stride;
   g.padding = options.padding;
   g.groups = options.groups;
-  const int span_y = g.height + 2 * g.padding - g.kernel, span_x = g.width + 2 * g.padding - g.kernel;
+  const int span_y = g.height + 2 * g.padding - g.kernel_size, span_x = g.width + 2 * g.padding - g.kernel_size;
   if (span_y < 0 || span_x < 0) refuse(input, weight, bias, "the kernel is larger than the padded input");
   g.output_height = span_y / g.stride + 1;
   g.output_width = span_x / g.stride + 1;
@@ -77,165 +40,31 @@ Geometry geometry_of(const Tensor& input, const Tensor& weight, const Tensor& bi
   return g;
 }
 
-BiasKind bias_kind(const Geometry& g, const Tensor& input, const Tensor& weight, const Tensor& bias) {
+BiasKind bias_kind(const Conv2dGeometry& g, const Tensor& input, const Tensor& weight, const Tensor& bias) {
   if (!bias.defined()) return BiasKind::None;
   if (bias.shape() == Shape{g.output_channels}) return BiasKind::Tied;
   if (bias.shape() == Shape{g.output_height, g.output_width, g.output_channels}) return BiasKind::Untied;
   refuse(input, weight, bias, "bias is neither (Cout) nor (OutH,OutW,Cout)");
 }
 
-/// Register block of the gather kernel for so many channels per group.
-struct GatherBlock {
-  int pixels, vectors, panel;
-};
-
-GatherBlock gather_block(const Device& device, int depth) {
-  if (!device.is_wide()) return {8, 1, 1};
-  return depth <= device.vector_width() ? GatherBlock{8, 1, 16} : GatherBlock{6, 2, 32};
-}
-
-/// Runs the gather kernel over `weight` (groups,K,K,Cin/groups,Cout/groups), whose rows and columns change roles when
-/// `transpose` is set.
-void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, const Tensor& target, double negative_slope,
-            GatherArguments arguments, bool transpose) {
-  Device& device = source.device();
-  const int rows = static_cast<int>(weight.dim(3)), columns = static_cast<int>(weight.dim(4));
-  const int depth = transpose ? columns : rows, target_depth = transpose ? rows : columns;
-  const int taps = arguments.kernel * arguments.kernel;
-  const GatherBlock block = gather_block(device, target_depth);
-  const Defines defines = {{"PIXELS", block.pixels}, {"VECTORS", block.vectors}};
-  const int panels = static_cast<int>(ceiling(target_depth, block.panel));
-
-  Tensor packed = weight;
-  if (transpose || target_depth % block.panel != 0) {
-    packed = Tensor(device, {arguments.groups, panels, taps, depth, block.panel});
-    const int64_t vectors = packed.size() / device.vector_width();
-    device.kernel("conv2d", "pack_weights", defines)
-        .launch({static_cast<size_t>(vectors)}, device.pointwise_local(), weight, packed, arguments.groups, taps, rows,
-                columns, transpose ? 1 : 0);
-    arguments.row_stride = block.panel;
-    arguments.tap_stride = depth * block.panel;
-    arguments.panel_stride = taps * arguments.tap_stride;
-    arguments.group_stride = panels * arguments.panel_stride;
-  } else {
-    arguments.row_stride = target_depth;
-    arguments.tap_stride = depth * target_depth;
-    arguments.panel_stride = block.panel;
-    arguments.group_stride = taps * arguments.tap_stride;
-  }
-
-  const int step = arguments.target_step;
-  const int64_t phase_pixels =
-      int64_t{arguments.batch} * ceiling(arguments.target_height, step) * ceiling(arguments.target_width, step);
-  const int64_t tiles = ceiling(phase_pixels, block.pixels);
-  // Enough work in an item to outweigh its start, enough items to keep every core busy.
-  arguments.tiles_per_item = device.is_wide() ? static_cast<int>(std::clamp<int64_t>(tiles / 64, 1, 32)) : 1;
-  const Tensor zeros = Tensor::zeros(device, {int64_t{arguments.kernel} * depth});
-  const Range local = device.is_wide() ? Range{1, 1, 1} : Range{32, 4, 1};
-  device.kernel("conv2d", "gather", defines)
-      .launch({static_cast<size_t>(panels * arguments.groups),
-               static_cast<size_t>(ceiling(tiles, arguments.tiles_per_item)), static_cast<size_t>(step * step)},
-              local, source, packed, bias, zeros, target, negative_slope, arguments);
-}
-
-void forward(const Geometry& g, const Tensor& input, const Tensor& weight, const Tensor& bias, BiasKind kind,
-             const Tensor& output, double negative_slope) {
-  GatherArguments a{g.height,       g.width,           g.channels, g.output_height,
-                    g.output_width, g.output_channels, g.batch,    g.groups,
-                    g.kernel,       g.stride,          1,          -g.padding};
-  a.bias_kind = static_cast<int>(kind);
-  gather(input, weight, bias, output, negative_slope, a, false);
-}
-
-void backward_input(const Geometry& g, const Tensor& gradient, const Tensor& weight, const Tensor& input_gradient) {
-  const GatherArguments a{
-      g.output_height, g.output_width, g.output_channels, g.height, g.width,  g.channels,
-      g.batch,         g.groups,       g.kernel,          1,        g.stride, g.padding - (g.kernel - 1)};
-  gather(gradient, weight, Tensor(), input_gradient, 1.0, a, true);
-}
-
-void sum_splits(const Tensor& partial, const Tensor& output, int splits) {
-  Device& device = output.device();
-  device.kernel("conv2d_gradient", "sum_splits", {{"ROWS", 4}, {"VECTORS", device.is_wide() ? 2 : 1}})
-      .launch({static_cast<size_t>(output.size())}, device.pointwise_local(), partial, output, splits, output.size());
-}
-
-void backward_weight(const Geometry& g, const Tensor& input, const Tensor& gradient, const Tensor& weight_gradient) {
-  Device& device = input.device();
-  constexpr int rows = 4;
-  const int vectors = device.is_wide() ? 2 : 1, panel = vectors * device.vector_width();
-  const int panels = static_cast<int>(ceiling(g.output_depth(), panel)) * g.groups;
-  const int units = g.taps() * static_cast<int>(ceiling(g.depth(), rows));
-  const int output_rows = g.batch * g.output_height;
-
-  WeightGradientArguments a{g.batch,           g.height, g.width,  g.channels, g.output_height, g.output_width,
-                            g.output_channels, g.groups, g.kernel, g.stride,   g.padding,       units,
-                            output_rows,       1};
-  a.rows_per_pass = static_cast<int>(std::clamp<int64_t>(128 / g.output_width, 1, output_rows));
-  const int64_t passes = ceiling(output_rows, a.rows_per_pass);
-  const int64_t wanted_splits = device.is_wide() ? ceiling(16, panels) : 32;
-  a.rows_per_split = static_cast<int>(ceiling(passes, std::min(passes, wanted_splits))) * a.rows_per_pass;
-  const int splits = static_cast<int>(ceiling(output_rows, a.rows_per_split));
-  if (!device.is_wide()) {
-    a.units_per_item = 1;
-  } else if (panels * splits < 16) {
-    a.units_per_item = static_cast<int>(ceiling(units, ceiling(16, panels * splits)));
-  }
-
-  Tensor padded = gradient;
-  const size_t needed = gradient.bytes() + (panel - 1) * device.real_bytes();
-  if (g.output_depth() % panel != 0 && gradient.memory().bytes() < needed) {
-    padded = Tensor(device, {gradient.size() + panel});
-    device.copy(gradient.memory(), padded.memory(), gradient.bytes());
-  }
-  Shape partial_shape = weight_gradient.shape();
-  partial_shape.insert(partial_shape.begin(), splits);
-  const Tensor partial = splits == 1 ? weight_gradient : Tensor(device, partial_shape);
-  device.kernel("conv2d_gradient", "weight_gradient", {{"ROWS", rows}, {"VECTORS", vectors}})
-      .launch({static_cast<size_t>(panels), static_cast<size_t>(ceiling(units, a.units_per_item)),
-               static_cast<size_t>(splits)},
-              device.is_wide() ? Range{1, 1, 1} : Range{64, 1, 1}, input, padded, partial, a);
-  if (splits > 1) sum_splits(partial, weight_gradient, splits);
-}
-
-void backward_bias(const Geometry& g, BiasKind kind, const Tensor& gradient, const Tensor& bias_gradient) {
-  if (kind == BiasKind::Untied) return sum_splits(gradient, bias_gradient, g.batch);
-  Device& device = gradient.device();
-  const int64_t pixels = g.output_pixels(), per_split = std::max<int64_t>(64, ceiling(pixels, 256));
-  const int splits = static_cast<int>(ceiling(pixels, per_split));
-  const Tensor partial(device, {splits, g.output_channels});
-  device.kernel("conv2d_gradient", "channel_sums", {{"ROWS", 4}, {"VECTORS", device.is_wide() ? 2 : 1}})
-      .launch({static_cast<size_t>(g.output_channels), static_cast<size_t>(splits)}, {1, 1}, gradient, partial,
-              g.output_channels, pixels, per_split);
-  sum_splits(partial, bias_gradient, splits);
-}
-
-/// The gradient before the activation, written to `masked`, which has the output's size.
-void activation_gradient(const Tensor& gradient, const Tensor& output, double negative_slope, const Tensor& masked) {
-  Device& device = output.device();
-  device.kernel("conv2d_gradient", "activation_gradient", {{"ROWS", 4}, {"VECTORS", device.is_wide() ? 2 : 1}})
-      .launch(device.pointwise_global(output.size()), device.pointwise_local(), gradient, output, masked,
-              negative_slope, output.size());
-}
-
 }  // namespace
 
 Tensor conv2d(Tape& tape, const Tensor& input, const Tensor& weight, const Tensor& bias, const Conv2dOptions& options) {
-  const Geometry g = geometry_of(input, weight, bias, options);
+  const Conv2dGeometry g = geometry_of(input, weight, bias, options);
   const BiasKind kind = bias_kind(g, input, weight, bias);
   const Tensor output(tape.device(), g.output_shape());
-  forward(g, input, weight, bias, kind, output, options.negative_slope);
+  conv2d_forward(g, input, weight, bias, kind, options.negative_slope, output);
 
   tape.record("conv2d", {input, weight, bias}, {output}, [=, slope = options.negative_slope](Tape& tape) {
     Tensor gradient = output.gradient();
     if (slope != 1) {
       const Tensor masked(tape.device(), output.shape());
-      activation_gradient(gradient, output, slope, masked);
+      conv2d_backward_activation(gradient, output, slope, masked);
       gradient = masked;
     }
-    tape.accumulate(bias, [&](const Tensor& target) { backward_bias(g, kind, gradient, target); });
-    tape.accumulate(weight, [&](const Tensor& target) { backward_weight(g, input, gradient, target); });
-    tape.accumulate(input, [&](const Tensor& target) { backward_input(g, gradient, weight, target); });
+    tape.accumulate(bias, [&](const Tensor& target) { conv2d_backward_bias(g, kind, gradient, target); });
+    tape.accumulate(weight, [&](const Tensor& target) { conv2d_backward_weight(g, input, gradient, target); });
+    tape.accumulate(input, [&](const Tensor& target) { conv2d_backward_input(g, gradient, weight, target); });
   });
   return output;
 }

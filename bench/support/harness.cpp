@@ -1,0 +1,125 @@
+#include "bench/support/harness.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "host/autograd/tensor.h"
+
+namespace degas::bench {
+namespace {
+
+double milliseconds_of(const std::function<void()>& work, const std::function<void()>& wait, int runs) {
+  wait();
+  const auto begin = std::chrono::steady_clock::now();
+  for (int run = 0; run < runs; ++run) work();
+  wait();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count() / runs;
+}
+
+double gflops(const Row& row) {
+  return row.gflop / row.time.median * 1e3;
+}
+double ratio(const Row& row) {
+  return row.peer_time->median / row.time.median;
+}
+
+}  // namespace
+
+Timing measure(const std::function<void()>& work, const std::function<void()>& wait, const MeasureOptions& options) {
+  milliseconds_of(work, wait, 1);  // builds programs
+  const double estimate = milliseconds_of(work, wait, 1);
+  const int runs = std::clamp(static_cast<int>(options.batch_milliseconds / std::max(estimate, 1e-3)), 1, 1000);
+  std::vector<double> times;
+  for (int i = 0; i < options.repetitions; ++i) times.push_back(milliseconds_of(work, wait, runs));
+  std::sort(times.begin(), times.end());
+  const auto quantile = [&](double q) {
+    return times[static_cast<size_t>(std::lround(q * static_cast<double>(times.size() - 1)))];
+  };
+  return {times.front(), quantile(0.5), (quantile(0.75) - quantile(0.25)) / quantile(0.5)};
+}
+
+double measure_fma_peak(Device& device) {
+  constexpr int chains = 12, rounds = 100000;
+  const size_t items = static_cast<size_t>(device.description().compute_units) * (device.is_wide() ? 4 : 2048);
+  const Tensor output(device, {static_cast<int64_t>(items) * device.vector_width()});
+  const Kernel kernel = device.kernel("fma_peak", "fma_peak", {{"CHAINS", chains}});
+  const Timing time =
+      measure([&] { kernel.launch({items}, {device.is_wide() ? size_t{1} : size_t{256}}, output, 0.999, rounds); },
+              [&] { device.finish(); });
+  return 2e-6 * chains * rounds * static_cast<double>(items) * device.vector_width() / time.best;
+}
+
+Arguments parse_arguments(int count, char** values) {
+  Arguments arguments;
+  for (int i = 1; i < count; ++i) {
+    const std::string key = values[i];
+    std::string* target = key == "--json"     ? &arguments.json
+                          : key == "--device" ? &arguments.device
+                          : key == "--filter" ? &arguments.filter
+                                              : nullptr;
+    if (!target || i + 1 == count) {
+      fmt::print("usage: {} [--json FILE] [--device INDEX|NAME] [--filter PART_OF_A_NAME]\n", values[0]);
+      std::exit(key == "--help" ? 0 : 2);
+    }
+    *target = values[++i];
+  }
+  return arguments;
+}
+
+Report::Report(std::string title, double peak_gflops) : peak_gflops_(peak_gflops) {
+  fmt::print("{}\n", title);
+  if (peak_gflops > 0) fmt::print("multiply-add peak, measured: {:.0f} GFLOP/s\n", peak_gflops);
+  fmt::print("{:<52} {:>9} {:>7} {:>8} {:>6} {:>9} {:>6}\n", "name", "ms", "spread", "GFLOP/s", "peak", "peer ms",
+             "ratio");
+}
+
+void Report::add(const Row& row) {
+  rows_.push_back(row);
+  fmt::print("{:<52} {:>9.3f} {:>6.0f}%", row.name, row.time.median, 100 * row.time.spread);
+  fmt::print(" {:>8}", row.gflop > 0 ? fmt::format("{:.0f}", gflops(row)) : "");
+  fmt::print(" {:>6}",
+             row.gflop > 0 && peak_gflops_ > 0 ? fmt::format("{:.0f}%", 100 * gflops(row) / peak_gflops_) : "");
+  if (row.peer_time) fmt::print(" {:>9.3f} {:>6.2f}", row.peer_time->median, ratio(row));
+  fmt::print("\n");
+  std::fflush(stdout);
+}
+
+void Report::finish(const std::string& json_file) const {
+  double total = 0, gflop = 0, log_ratio = 0;
+  int peers = 0;
+  auto results = nlohmann::ordered_json::array();
+  for (const Row& row : rows_) {
+    nlohmann::ordered_json entry = {
+        {"name", row.name}, {"ms", row.time.median}, {"best_ms", row.time.best}, {"spread", row.time.spread}};
+    if (row.gflop > 0) entry["gflops"] = gflops(row);
+    if (row.gflop > 0 && peak_gflops_ > 0) entry["share_of_peak"] = gflops(row) / peak_gflops_;
+    if (row.peer_time) {
+      entry["peer"] = row.peer;
+      entry["peer_ms"] = row.peer_time->median;
+      entry["ratio"] = ratio(row);
+      log_ratio += std::log(ratio(row));
+      ++peers;
+    }
+    total += row.time.median;
+    gflop += row.gflop;
+    results.push_back(entry);
+  }
+  nlohmann::ordered_json document = {{"results", results}};
+  fmt::print("total {:.2f} ms", total);
+  if (gflop > 0) fmt::print(", {:.0f} GFLOP/s overall", gflop / total * 1e3);
+  if (peers > 0) {
+    document["geomean_ratio"] = std::exp(log_ratio / peers);
+    fmt::print(", geometric mean of peer time / our time {:.2f}", std::exp(log_ratio / peers));
+  }
+  fmt::print("\n");
+  if (peak_gflops_ > 0) document["peak_gflops"] = peak_gflops_;
+  if (!json_file.empty()) std::ofstream(json_file) << document.dump(2) << '\n';
+}
+
+}  // namespace degas::bench

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/device/device.h"
+
+namespace degas::bench {
+
+/// Milliseconds of one run.
+struct Timing {
+  double best = 0, median = 0;
+  double spread = 0;  ///< (third quartile - first) / median
+};
+
+struct MeasureOptions {
+  int repetitions = 7;
+  double batch_milliseconds = 10;  ///< short work is repeated within a measurement until it takes about this long
+};
+
+/// Times `work` after two warm-up runs; `wait` is called before each reading of the clock (device.finish()).
+Timing measure(const std::function<void()>& work, const std::function<void()>& wait,
+               const MeasureOptions& options = {});
+
+/// Fused multiply-adds on registers: the device's rate in GFLOP/s, the roof that shares are told against.
+double measure_fma_peak(Device& device);
+
+/// Command line of every benchmark: [--json FILE] [--device SELECTOR] [--filter TEXT]; prints help and exits on others.
+struct Arguments {
+  std::string json, device, filter;
+};
+Arguments parse_arguments(int count, char** values);
+
+/// One measured piece of work beside its peer, if it has one.
+struct Row {
+  std::string name;
+  Timing time;
+  double gflop = 0;  ///< 10^9 operations in a run; 0: not counted
+  std::optional<Timing> peer_time;
+  std::string peer;
+};
+
+/// Prints a table as rows come in; finish() prints the totals and writes the JSON file
+/// {"results": [{"name", "ms", "spread", "gflops", "share_of_peak", "peer", "peer_ms", "ratio"}], "geomean_ratio",
+/// "peak_gflops"} where ratio = peer_ms / ms: above 1 we are faster.
+class Report {
+ public:
+  /// peak_gflops 0: no shares.
+  Report(std::string title, double peak_gflops);
+  void add(const Row& row);
+  void finish(const std::string& json_file) const;
+
+ private:
+  double peak_gflops_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace degas::bench
