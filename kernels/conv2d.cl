@@ -13,9 +13,12 @@
 // pack_weights makes them, or the plain tensor where panels divide it; the strides say which.
 // -D PIXELS: target pixels an item holds in registers. -D VECTORS: vectors of V channels it holds for each.
 // Launch gather: (panels * groups, items over the pixels of a phase, phases); local size free, {1, 1, 1} on CPUs.
+#include "common/prefetch.cl"
 #include "common/real.cl"
 
 #define PANEL (VECTORS * V)
+
+#define TILES_AHEAD 2  // distance of prefetches
 
 typedef struct {
   int source_height, source_width, source_channels;  // channels of all groups
@@ -68,6 +71,7 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
   const int tap_y = (s.kernel_size * s.target_step - phase_y - s.lead) % s.target_step;
   const int tap_x = (s.kernel_size * s.target_step - phase_x - s.lead) % s.target_step;
   const int top = (phase_y + s.lead + tap_y) / s.target_step, left = (phase_x + s.lead + tap_x) / s.target_step;
+  const int taps_y = (s.kernel_size - tap_y + s.target_step - 1) / s.target_step;
   const int taps_x = (s.kernel_size - tap_x + s.target_step - 1) / s.target_step;
 
   const int channel = group * target_depth + panel * PANEL;
@@ -76,23 +80,49 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
 
   const int begin = (int)get_global_id(1) * s.tiles_per_item * PIXELS;
   const int end = min(count, begin + s.tiles_per_item * PIXELS);
+  // Lattice position of the next pixel; pixels are walked in memory order, so only the start needs divisions.
+  int column = begin % width, line = begin / width % height, image = begin / width / height;
   for (int tile = begin; tile < end; tile += PIXELS) {
-    int y[PIXELS], x[PIXELS];
-    global const REAL* image[PIXELS];
-    int smallest_x = s.source_width, largest_x = -s.kernel_size;
+    int y[PIXELS], x[PIXELS], picture[PIXELS], position[PIXELS];
+    global const REAL* corner[PIXELS];  // where the first tap reads, if it is inside
+    int smallest_x = s.source_width, largest_x = -s.kernel_size, smallest_y = s.source_height, largest_y = -s.kernel_size;
 #pragma unroll
     for (int p = 0; p < PIXELS; ++p) {
-      const int pixel = min(tile + p, count - 1);
-      const int row = pixel / width;
-      y[p] = row % height * s.source_step + top;
-      x[p] = pixel % width * s.source_step + left;
-      image[p] = source + (long)(row / height) * s.source_height * s.source_width * s.source_channels + group * source_depth;
+      y[p] = line * s.source_step + top;
+      x[p] = column * s.source_step + left;
+      picture[p] = image;
+      position[p] = (line * s.target_step + phase_y) * s.target_width + column * s.target_step + phase_x;
+      corner[p] = source + (((long)image * s.source_height + y[p]) * s.source_width + x[p]) * s.source_channels + group * source_depth;
       smallest_x = min(smallest_x, x[p]);
       largest_x = max(largest_x, x[p]);
+      smallest_y = min(smallest_y, y[p]);
+      largest_y = max(largest_y, y[p]);
+      // Pixels behind the last one repeat it; they are not stored.
+      if (tile + p + 1 < count) {
+        const bool next_line = column + 1 == width, next_image = next_line && line + 1 == height;
+        column = next_line ? 0 : column + 1;
+        line = next_image ? 0 : line + next_line;
+        image += next_image;
+      }
     }
+    const bool inside_x = smallest_x >= 0 && largest_x + taps_x <= s.source_width;
+    const bool all_inside = inside_x && smallest_y >= 0 && largest_y + taps_y <= s.source_height;
     // Without groups a kernel row's taps lie side by side in source and weight: one long run where no tap is outside.
-    const bool merged = s.groups == 1 && s.target_step == 1 && smallest_x >= 0 && largest_x + s.kernel_size <= s.source_width;
+    const bool merged = s.groups == 1 && s.target_step == 1 && inside_x;
     const int columns = merged ? 1 : taps_x, run = merged ? s.kernel_size * source_depth : source_depth;
+
+    // What this tile's end and a later tile's last kernel row will need.
+    const long ahead = ((long)(taps_y - 1) * s.source_width + TILES_AHEAD * PIXELS * s.source_step + taps_x - 1) * s.source_channels;
+#pragma unroll
+    for (int p = 0; p < PIXELS; ++p) {
+      for (int k = 0; k < source_depth; k += CACHE_LINE) PREFETCH(corner[p] + ahead + k);
+      const long pixel = (long)picture[p] * s.target_height * s.target_width + position[p];
+#pragma unroll
+      for (int v = 0; v < VECTORS; ++v) {
+        if (s.bias_kind == 2) PREFETCH(bias + (long)position[p] * s.target_channels + channel + v * V);
+        PREFETCH_WRITE(target + pixel * s.target_channels + channel + v * V);
+      }
+    }
 
     REALV sum[PIXELS][VECTORS];
 #pragma unroll
@@ -100,16 +130,17 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
 #pragma unroll
       for (int v = 0; v < VECTORS; ++v) sum[p][v] = 0;
     }
-    for (int ky = tap_y, ty = 0; ky < s.kernel_size; ky += s.target_step, ++ty) {
+    for (int ty = 0; ty < taps_y; ++ty) {
       for (int tx = 0; tx < columns; ++tx) {
+        const long tap = ((long)ty * s.source_width + tx) * s.source_channels;
         global const REAL* values[PIXELS];
 #pragma unroll
         for (int p = 0; p < PIXELS; ++p) {
           const int sy = y[p] + ty, sx = x[p] + tx;
-          const bool inside = sy >= 0 && sy < s.source_height && sx >= 0 && sx < s.source_width;
-          values[p] = inside ? image[p] + ((long)sy * s.source_width + sx) * s.source_channels : zeros;
+          const bool inside = all_inside || (sy >= 0 && sy < s.source_height && sx >= 0 && sx < s.source_width);
+          values[p] = inside ? corner[p] + tap : zeros;
         }
-        global const REAL* w = weights + (long)(ky * s.kernel_size + tap_x + tx * s.target_step) * s.tap_stride;
+        global const REAL* w = weights + (long)((tap_y + ty * s.target_step) * s.kernel_size + tap_x + tx * s.target_step) * s.tap_stride;
         for (int k = 0; k < run; ++k, w += s.row_stride) {
           REALV factor[VECTORS];
 #pragma unroll
@@ -123,23 +154,20 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
       }
     }
 
+    // No break in these loops: the sums stay in registers only if they unroll in full.
 #pragma unroll
     for (int p = 0; p < PIXELS; ++p) {
-      if (tile + p >= end) break;
-      const int row = (tile + p) / width;
-      const int target_y = row % height * s.target_step + phase_y;
-      const int target_x = (tile + p) % width * s.target_step + phase_x;
-      const long position = (long)target_y * s.target_width + target_x;
-      const long pixel = (long)(row / height) * s.target_height * s.target_width + position;
+      const long pixel = (long)picture[p] * s.target_height * s.target_width + position[p];
 #pragma unroll
       for (int v = 0; v < VECTORS; ++v) {
-        if (v * V >= lanes) break;
-        const int c = channel + v * V;
-        REALV value = sum[p][v];
-        if (s.bias_kind == 1) value += load_lanes(bias + c, lanes - v * V);
-        if (s.bias_kind == 2) value += load_lanes(bias + position * s.target_channels + c, lanes - v * V);
-        value = value > 0 ? value : value * negative_slope;
-        store_lanes(value, target + pixel * s.target_channels + c, lanes - v * V);
+        if (tile + p < end && v * V < lanes) {
+          const int c = channel + v * V;
+          REALV value = sum[p][v];
+          if (s.bias_kind == 1) value += load_lanes(bias + c, lanes - v * V);
+          if (s.bias_kind == 2) value += load_lanes(bias + (long)position[p] * s.target_channels + c, lanes - v * V);
+          value = value > 0 ? value : value * negative_slope;
+          store_lanes(value, target + pixel * s.target_channels + c, lanes - v * V);
+        }
       }
     }
   }
@@ -147,22 +175,20 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
 
 // panels from weight (groups, kernel, kernel, rows, columns). transpose = 0: rows stay rows. transpose = 1: for the
 // input's gradient, rows and columns change places and the taps are turned by 180 degrees.
-// Launch: one item per vector of the panels; local size free.
+// Launch: (taps, panels, groups); local size free.
 kernel void pack_weights(global const REAL* weight, global REAL* panels, const int groups, const int taps, const int rows,
                          const int columns, const int transpose) {
   const int panel_count = ((transpose ? rows : columns) + PANEL - 1) / PANEL;
   const int depth = transpose ? columns : rows, width = transpose ? rows : columns;
-  const long i = get_global_id(0);
-  if (i >= (long)groups * panel_count * taps * depth * VECTORS) return;
-  const int v = i % VECTORS;
-  const int k = i / VECTORS % depth;
-  const int tap = i / VECTORS / depth % taps;
-  const int panel = i / VECTORS / depth / taps % panel_count;
-  const int group = i / VECTORS / depth / taps / panel_count;
-  const int first = panel * PANEL + v * V;
+  const int tap = get_global_id(0), panel = get_global_id(1), group = get_global_id(2);
+  if (tap >= taps || panel >= panel_count || group >= groups) return;
   const int from_tap = transpose ? taps - 1 - tap : tap;
-  global const REAL* from = weight + (long)(group * taps + from_tap) * rows * columns +
-                            (transpose ? k + (long)first * columns : (long)k * columns + first);
-  const int step = transpose ? columns : 1;
-  for (int lane = 0; lane < V; ++lane) panels[i * V + lane] = first + lane < width ? from[(long)lane * step] : (REAL)0;
+  const int row_step = transpose ? 1 : columns, lane_step = transpose ? columns : 1;
+  global const REAL* from = weight + (long)(group * taps + from_tap) * rows * columns + (long)panel * PANEL * lane_step;
+  global REAL* to = panels + ((long)(group * panel_count + panel) * taps + tap) * depth * PANEL;
+  const int lanes = min(PANEL, width - panel * PANEL);
+  for (int k = 0; k < depth; ++k) {
+    for (int lane = 0; lane < lanes; ++lane) to[k * PANEL + lane] = from[(long)k * row_step + (long)lane * lane_step];
+    for (int lane = lanes; lane < PANEL; ++lane) to[k * PANEL + lane] = 0;
+  }
 }

@@ -1,9 +1,12 @@
 // Gradients of a convolution (conv2d.cl) with respect to its weights and biases, NHWC, grouped. Sums over pixels are split
 // into ranges of output rows whose results are then added in order: deterministic, no atomics.
 // -D ROWS: input channels an item holds in registers. -D VECTORS: vectors of V output channels for each.
+#include "common/prefetch.cl"
 #include "common/real.cl"
 
 #define PANEL (VECTORS * V)
+
+#define PIXELS_AHEAD 8  // distance of prefetches
 
 typedef struct {
   int batch, height, width, channels;  // of the input, channels of all groups
@@ -13,6 +16,18 @@ typedef struct {
   int rows_per_split;  // output rows (of all images) summed into one partial result
   int rows_per_pass;   // output rows summed in registers before the partial result is touched
 } WeightGradient;
+
+// to += value, or = value the first time, in the first `lanes` of V elements
+inline void add_lanes(REALV value, global REAL* to, int lanes, bool first_time) {
+  if (lanes >= V) {
+    if (!first_time) value += LOAD_VECTOR(0, to);
+    STORE_VECTOR(value, 0, to);
+    return;
+  }
+  REAL values[V];
+  STORE_VECTOR(value, 0, values);
+  for (int lane = 0; lane < lanes; ++lane) to[lane] = first_time ? values[lane] : to[lane] + values[lane];
+}
 
 // partial (splits, groups, kernel, kernel, channels / group, output channels / group): the weight gradient of each split.
 // gradient: of the output before its activation; V - 1 elements behind its end may be read, not used.
@@ -58,6 +73,9 @@ kernel void weight_gradient(global const REAL* input, global const REAL* gradien
                                   group * depth + channel;
         global const REAL* gradient_at = gradients + ((long)row * s.output_width + x_begin) * s.output_channels;
         for (int x = x_begin; x < x_end; ++x) {
+          PREFETCH(from + PIXELS_AHEAD * s.stride * s.channels);
+#pragma unroll
+          for (int v = 0; v < VECTORS; ++v) PREFETCH(gradient_at + PIXELS_AHEAD * s.output_channels + v * V);
           REALV factor[VECTORS];
 #pragma unroll
           for (int v = 0; v < VECTORS; ++v) factor[v] = LOAD_VECTOR(v, gradient_at);
@@ -71,14 +89,12 @@ kernel void weight_gradient(global const REAL* input, global const REAL* gradien
         }
       }
 
-      for (int r = 0; r < block_rows; ++r) {
+#pragma unroll
+      for (int r = 0; r < ROWS; ++r) {
         global REAL* result = results + ((long)(ky * s.kernel_size + kx) * depth + channel + r) * output_depth;
+#pragma unroll
         for (int v = 0; v < VECTORS; ++v) {
-          REAL values[V];
-          STORE_VECTOR(sum[r][v], 0, values);
-          for (int lane = 0; lane < V; ++lane) {
-            if (v * V + lane < lanes) result[v * V + lane] = (pass == split_begin ? (REAL)0 : result[v * V + lane]) + values[lane];
-          }
+          if (r < block_rows) add_lanes(sum[r][v], result + v * V, lanes - v * V, pass == split_begin);
         }
       }
     }

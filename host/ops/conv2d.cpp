@@ -57,12 +57,20 @@ Tensor conv2d(Tape& tape, const Tensor& input, const Tensor& weight, const Tenso
 
   tape.record("conv2d", {input, weight, bias}, {output}, [=, slope = options.negative_slope](Tape& tape) {
     Tensor gradient = output.gradient();
-    if (slope != 1) {
-      const Tensor masked(tape.device(), output.shape());
-      conv2d_backward_activation(gradient, output, slope, masked);
-      gradient = masked;
+    if (slope != 1 && kind == BiasKind::Untied && g.batch == 1 && bias.requires_gradient()) {
+      // The gradient before the activation and that of the bias are one and the same.
+      tape.accumulate(bias, [&](const Tensor& target) {
+        conv2d_backward_activation(gradient, output, slope, target);
+        gradient = target.reshaped(g.output_shape());
+      });
+    } else {
+      if (slope != 1) {
+        const Tensor pre_activation(tape.device(), g.output_shape());
+        conv2d_backward_activation(gradient, output, slope, pre_activation);
+        gradient = pre_activation;
+      }
+      tape.accumulate(bias, [&](const Tensor& target) { conv2d_backward_bias(g, kind, gradient, target); });
     }
-    tape.accumulate(bias, [&](const Tensor& target) { conv2d_backward_bias(g, kind, gradient, target); });
     tape.accumulate(weight, [&](const Tensor& target) { conv2d_backward_weight(g, input, gradient, target); });
     tape.accumulate(input, [&](const Tensor& target) { conv2d_backward_input(g, gradient, weight, target); });
   });

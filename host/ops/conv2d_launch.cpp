@@ -50,12 +50,13 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
   const int panels = static_cast<int>(ceiling(target_depth, block.panel));
 
   Tensor packed = weight;
-  if (transpose || target_depth % block.panel != 0) {
+  // A panel of consecutive lines streams better than one cut out of the tensor; small maps do not repay the copy.
+  const bool many_pixels = int64_t{arguments.target_height} * arguments.target_width >= 512;
+  if (transpose || target_depth % block.panel != 0 || (device.is_wide() && panels > 1 && many_pixels)) {
     packed = Tensor(device, {arguments.groups, panels, taps, depth, block.panel});
-    const int64_t vectors = packed.size() / device.vector_width();
     device.kernel("conv2d", "pack_weights", defines)
-        .launch({static_cast<size_t>(vectors)}, device.pointwise_local(), weight, packed, arguments.groups, taps, rows,
-                columns, transpose ? 1 : 0);
+        .launch({static_cast<size_t>(taps), static_cast<size_t>(panels), static_cast<size_t>(arguments.groups)},
+                {1, 1, 1}, weight, packed, arguments.groups, taps, rows, columns, transpose ? 1 : 0);
     arguments.row_stride = block.panel;
     arguments.tap_stride = depth * block.panel;
     arguments.panel_stride = taps * arguments.tap_stride;
@@ -81,9 +82,16 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
               local, source, packed, bias, zeros, target, negative_slope, arguments);
 }
 
+/// Input channels that conv2d_gradient.cl holds in registers.
+constexpr int gradient_rows = 8;
+
+Kernel gradient_kernel(Device& device, const char* name, int vectors) {
+  return device.kernel("conv2d_gradient", name, {{"ROWS", gradient_rows}, {"VECTORS", vectors}});
+}
+
 void sum_splits(const Tensor& partial, const Tensor& output, int splits) {
   Device& device = output.device();
-  device.kernel("conv2d_gradient", "sum_splits", {{"ROWS", 4}, {"VECTORS", device.is_wide() ? 2 : 1}})
+  gradient_kernel(device, "sum_splits", device.is_wide() ? 2 : 1)
       .launch({static_cast<size_t>(output.size())}, device.pointwise_local(), partial, output, splits, output.size());
 }
 
@@ -109,10 +117,10 @@ void conv2d_backward_input(const Conv2dGeometry& g, const Tensor& gradient, cons
 void conv2d_backward_weight(const Conv2dGeometry& g, const Tensor& input, const Tensor& gradient,
                             const Tensor& weight_gradient) {
   Device& device = input.device();
-  constexpr int rows = 4;
-  const int vectors = device.is_wide() ? 2 : 1, panel = vectors * device.vector_width();
+  const int vectors = device.is_wide() && g.output_depth() > device.vector_width() ? 2 : 1,
+            panel = vectors * device.vector_width();
   const int panels = static_cast<int>(ceiling(g.output_depth(), panel)) * g.groups;
-  const int units = g.taps() * static_cast<int>(ceiling(g.depth(), rows));
+  const int units = g.taps() * static_cast<int>(ceiling(g.depth(), gradient_rows));
   const int output_rows = g.batch * g.output_height;
 
   WeightGradientArguments a{g.batch,           g.height, g.width,       g.channels, g.output_height, g.output_width,
@@ -138,7 +146,7 @@ void conv2d_backward_weight(const Conv2dGeometry& g, const Tensor& input, const 
   Shape partial_shape = weight_gradient.shape();
   partial_shape.insert(partial_shape.begin(), splits);
   const Tensor partial = splits == 1 ? weight_gradient : Tensor(device, partial_shape);
-  device.kernel("conv2d_gradient", "weight_gradient", {{"ROWS", rows}, {"VECTORS", vectors}})
+  gradient_kernel(device, "weight_gradient", vectors)
       .launch({static_cast<size_t>(panels), static_cast<size_t>(ceiling(units, a.units_per_item)),
                static_cast<size_t>(splits)},
               device.is_wide() ? Range{1, 1, 1} : Range{64, 1, 1}, input, padded, partial, a);
@@ -151,7 +159,7 @@ void conv2d_backward_bias(const Conv2dGeometry& g, BiasKind kind, const Tensor& 
   const int64_t pixels = g.output_pixels(), per_split = std::max<int64_t>(64, ceiling(pixels, 256));
   const int splits = static_cast<int>(ceiling(pixels, per_split));
   const Tensor partial(device, {splits, g.output_channels});
-  device.kernel("conv2d_gradient", "channel_sums", {{"ROWS", 4}, {"VECTORS", device.is_wide() ? 2 : 1}})
+  gradient_kernel(device, "channel_sums", device.is_wide() ? 2 : 1)
       .launch({static_cast<size_t>(g.output_channels), static_cast<size_t>(splits)}, {1, 1}, gradient, partial,
               g.output_channels, pixels, per_split);
   sum_splits(partial, bias_gradient, splits);
@@ -160,7 +168,7 @@ void conv2d_backward_bias(const Conv2dGeometry& g, BiasKind kind, const Tensor& 
 void conv2d_backward_activation(const Tensor& gradient, const Tensor& output, double negative_slope,
                                 const Tensor& pre_activation) {
   Device& device = output.device();
-  device.kernel("conv2d_gradient", "activation_gradient", {{"ROWS", 4}, {"VECTORS", device.is_wide() ? 2 : 1}})
+  gradient_kernel(device, "activation_gradient", device.is_wide() ? 2 : 1)
       .launch(device.pointwise_global(output.size()), device.pointwise_local(), gradient, output, pre_activation,
               negative_slope, output.size());
 }
