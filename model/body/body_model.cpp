@@ -110,17 +110,28 @@ JointFrames BodyModel::posed_joints(const Pose& pose, const std::vector<double>&
   return frames(pose, joints(betas), true);
 }
 
+void BodyModel::add_pose_shapes(std::vector<Vector3d>& vertices, const Pose& pose) const {
+  const Eigen::Index columns = pose_shapes_.columns.size();
+  if (columns == 0) return;
+  Eigen::VectorXf features(columns);
+  for (Eigen::Index i = 0; i < columns; ++i) {
+    // Column 9 (j - 1) + 3 row + column holds that entry of joint j's R - I.
+    const int entry = pose_shapes_.columns[i] % 9, joint = pose_shapes_.columns[i] / 9 + 1;
+    const Matrix3d feature = rotation_from_axis_angle(pose.axis_angles[joint]) - Matrix3d::Identity();
+    features[i] = static_cast<float>(feature(entry / 3, entry % 3));
+  }
+  // Single precision: the basis is (it streams from memory, 60 MB for SMPL-X), and offsets are centimetres.
+  const Eigen::Map<const Eigen::MatrixXf> basis(pose_shapes_.offsets.data(), 3 * vertex_count(), columns);
+  const Eigen::VectorXf offsets = basis * features;
+  for (int v = 0; v < vertex_count(); ++v) vertices[v] += offsets.segment<3>(3 * v).cast<double>();
+}
+
 std::vector<Vector3d> BodyModel::posed_vertices(const Pose& pose, const std::vector<double>& betas,
                                                 bool include_global) const {
   check(pose);
   const std::vector<Vector3d> rest = joints(betas);
   std::vector<Vector3d> vertices = canonical_vertices(betas, pose.expression);
-  for (size_t i = 0; i < pose_shapes_.columns.size(); ++i) {
-    // Column 9 (j - 1) + 3 row + column holds that entry of joint j's R - I.
-    const int entry = pose_shapes_.columns[i] % 9, joint = pose_shapes_.columns[i] / 9 + 1;
-    const Matrix3d feature = rotation_from_axis_angle(pose.axis_angles[joint]) - Matrix3d::Identity();
-    add_column(vertices, pose_shapes_, i, feature(entry / 3, entry % 3));
-  }
+  add_pose_shapes(vertices, pose);
   const JointFrames posed = frames(pose, rest, include_global);
   std::vector<Eigen::Matrix<double, 3, 4>> transforms(rest.size());  // posed * inverse(rest)
   for (size_t j = 0; j < rest.size(); ++j) {

@@ -91,6 +91,7 @@ class BodyModel {
   void check(const Pose& pose) const;
   void add_shapes(std::vector<Eigen::Vector3d>& vertices, const std::vector<double>& betas,
                   const std::vector<double>& expression) const;
+  void add_pose_shapes(std::vector<Eigen::Vector3d>& vertices, const Pose& pose) const;
   JointFrames frames(const Pose& pose, const std::vector<Eigen::Vector3d>& rest, bool include_global) const;
 
   std::filesystem::path path_;

@@ -158,7 +158,7 @@ class BodyModelReader {
         if (weight < 0) throw fault("weights", fmt::format("has {} for vertex {}, joint {}", weight, v, j));
         sum += weight;
       }
-      if (std::abs(sum - 1) > 1e-2) throw fault("weights", fmt::format("of vertex {} sum to {}, not to 1", v, sum));
+      if (std::abs(sum - 1) > 1e-2) throw fault("weights", fmt::format("of vertex {} sum to {:.4g}, not to 1", v, sum));
       for (int64_t j = 0; j < joints_; ++j) {
         const double weight = weights[v * joints_ + j];
         if (weight > 0) body_.weights_.push_back({static_cast<int>(j), weight / sum});
