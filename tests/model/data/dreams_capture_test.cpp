@@ -1,7 +1,6 @@
 #include "model/data/dreams_capture.h"
 
 #include <Eigen/Geometry>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -296,4 +295,54 @@ TEST_CASE("capture A: put back over white, pictures are the video's") {
   const double psnr = 10 * std::log10(255 * 255 / error);
   std::printf("recomposed over white: %.1f dB; %ld pixels with alpha 1..7\n", psnr, static_cast<long>(stray));
   CHECK(psnr > 45);
+}
+
+TEST_CASE("capture A: frames sought are the frames read in order; P1C2 lacks cameras without a warning") {
+  const std::string folder = data_path("data/capture/A/P1C2");
+  if (folder.empty()) return;
+  int warnings = 0;
+  CaptureOptions options;
+  options.warn = [&](const std::string&) { ++warnings; };
+  const DreamsCapture capture(folder, options);
+  CHECK(warnings == 0);
+  CHECK(capture.frame_count() == 32);
+  CHECK(capture.has_image(0, 5));
+  CHECK_FALSE(capture.has_image(0, 6));
+  std::vector<std::vector<uint8_t>> in_order;
+  for (int frame = 0; frame < 32; ++frame) in_order.push_back(capture.load(frame, 9).image.pixels);
+  for (const int frame : {31, 3, 20, 19, 0, 25}) {
+    const bool same = capture.load(frame, 9).image.pixels == in_order[static_cast<size_t>(frame)];
+    CHECK(same);
+  }
+}
+
+TEST_CASE("capture A: a video with flipped bits or without its end gives an Error or pictures, never a crash") {
+  const std::string folder = data_path("data/capture/A/P1C2");
+  if (folder.empty()) return;
+  const TemporaryFolder copy;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().filename() != "videos")
+      fs::copy(entry.path(), copy / entry.path().filename().string(), fs::copy_options::recursive);
+  }
+  fs::permissions(copy / "capture.json", fs::perms::owner_all);
+  json description = read_json(copy / "capture.json");
+  description["cameras_present"] = {0};
+  write_text(copy / "capture.json", description.dump());
+  const auto good = read_file_bytes(folder + "/videos/cam00.mp4");
+  std::mt19937 random(4);
+  for (int round = 0; round < 6; ++round) {
+    auto bad = good;
+    if (round % 3 == 0)
+      bad.resize(bad.size() / 2);
+    else
+      for (int flips = 0; flips < 200; ++flips) bad[random() % bad.size()] ^= std::byte(1 << random() % 8);
+    write_file_atomically(copy / "videos/cam00.mp4", bad);
+    try {
+      const DreamsCapture capture(copy.path(), {});
+      for (int frame = 0; frame < 32; frame += 7) capture.load(frame, 0);
+      CHECK(round % 3 != 0);
+    } catch (const Error& error) {
+      CHECK_THAT(error.what(), Contains("cam00.mp4"));
+    }
+  }
 }

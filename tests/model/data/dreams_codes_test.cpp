@@ -1,0 +1,87 @@
+#include "model/data/dreams_codes.h"
+
+#include <limits>
+#include <numeric>
+
+#include "host/error.h"
+#include "host/io/file_bytes.h"
+#include "host/io/torch_archive.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_devices.h"
+
+using namespace degas;
+using namespace degas::test;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::vector<int64_t> numbers = {10, 12, 15};
+
+void write_code(const fs::path& path, const std::vector<float>& code, const std::string& key = "exp") {
+  write_file_atomically(path,
+                        make_torch_archive({{key, NpyArray::from({1, static_cast<int64_t>(code.size())}, code)}}));
+}
+
+}  // namespace
+
+TEST_CASE("codes are found by frame number and camera") {
+  const TemporaryFolder folder;
+  write_code(folder / "dpe/dpe-000012-cam01.pt", {1, 2, 3});
+  write_code(folder / "dpe/dpe-000011-cam01.pt", {9, 9, 9});  // no such frame
+  write_code(folder / "dpe/dpe-000015-cam07.pt", {9, 9, 9});  // no such camera
+  write_file_atomically(folder / "dpe/notes.txt", {});
+  const DreamsCodes codes(folder.path(), numbers, 2);
+  CHECK(codes.size() == 3);
+  CHECK(codes.code(1, 1) == std::vector<float>{1, 2, 3});
+  CHECK_FALSE(codes.code(0, 1).has_value());
+  CHECK_FALSE(codes.code(2, 1).has_value());
+}
+
+TEST_CASE("a capture without codes has none") {
+  const TemporaryFolder folder;
+  const DreamsCodes codes(folder.path(), numbers, 2);
+  CHECK(codes.size() == 0);
+  CHECK_FALSE(codes.code(0, 0).has_value());
+}
+
+TEST_CASE("codes that cannot be used are named") {
+  const TemporaryFolder folder;
+  write_code(folder / "dpe/dpe-000010-cam00.pt", {1, 2, 3});
+  write_code(folder / "dpe/dpe-000010-cam01.pt", {1, 2});
+  write_code(folder / "dpe/dpe-000012-cam00.pt", {1, std::numeric_limits<float>::quiet_NaN(), 3});
+  write_code(folder / "dpe/dpe-000012-cam01.pt", {1, 2, 3}, "other");
+  write_file_atomically(folder / "dpe/dpe-000015-cam00.pt", std::vector<std::byte>(30));
+  const DreamsCodes codes(folder.path(), numbers, 2);
+  CHECK_THROWS_WITH(codes.code(0, 1), Contains("dpe-000010-cam01.pt: the face code has 2 numbers where others have 3"));
+  CHECK_THROWS_WITH(codes.code(1, 0), Contains("dpe-000012-cam00.pt: the face code is not finite"));
+  CHECK_THROWS_WITH(codes.code(1, 1), Contains("dpe-000012-cam01.pt: has no tensor 'exp'"));
+  CHECK_THROWS_WITH(codes.code(2, 0), Contains("dpe-000015-cam00.pt: no readable zip archive"));
+}
+
+TEST_CASE("capture A: files, a bundle of them and the table give the same codes") {
+  const fs::path source = data_path("data/capture/A/P1C1");
+  if (source.empty()) return;
+  std::vector<int64_t> rows(80);
+  std::iota(rows.begin(), rows.end(), 0);
+  const TemporaryFolder bundled, table;
+  std::vector<ZipEntry> entries;
+  for (const auto& entry : fs::directory_iterator(source / "dpe")) {
+    entries.push_back({"dpe/" + entry.path().filename().string(), read_file_bytes(entry.path())});
+  }
+  write_file_atomically(bundled / "dpe/all.zip", make_zip(entries, false));
+  fs::create_symlink(source / "expression_codes.npz", table / "expression_codes.npz");
+  const DreamsCodes from_files(source, rows, 13), from_bundle(bundled.path(), rows, 13),
+      from_table(table.path(), rows, 13);
+  CHECK(from_table.size() == 512);
+  size_t found = 0;
+  for (int frame = 0; frame < 80; ++frame) {
+    for (int camera = 0; camera < 13; ++camera) {
+      const auto code = from_files.code(frame, camera);
+      found += code.has_value();
+      const bool same = code == from_bundle.code(frame, camera) && code == from_table.code(frame, camera);
+      if (!same) FAIL("frame " << frame << ", camera " << camera);
+    }
+  }
+  CHECK(found == entries.size());
+}
