@@ -1,16 +1,17 @@
-// 2-D convolution in gather form, NHWC, grouped: the forward pass and, with flipped and transposed weights, the gradient
-// with respect to the input. Every target value is one item's sum in a fixed order: deterministic, no atomics.
+// 2-D convolution in gather form, NHWC, grouped: the forward pass and, with flipped and transposed weights, the
+// gradient with respect to the input. Every target value is one item's sum in a fixed order: deterministic, no atomics.
 //
-//   target(n, y, x, g, c) = sum over ky, kx, k of source(n, (y * source_step + lead + ky) / target_step, same for x, g, k)
-//                           * weight(g, ky, kx, k, c)
+//   target(n, y, x, g, c) = sum over ky, kx, k of weight(g, ky, kx, k, c) *
+//                           source(n, (y * source_step + lead + ky) / target_step, same for x, g, k)
 //
 // over the taps for which the division leaves no remainder and the source pixel exists. One of the steps is 1:
 // forward has source_step = stride and lead = -padding; the input's gradient has target_step = stride and
 // lead = padding - (kernel - 1). Target pixels of equal (y mod target_step, x mod target_step), a "phase", use the same
 // taps, so an item works within one phase.
 //
-// weight: panels (groups, panels, kernel, kernel, source channels / group, panel) with zeros behind the last channel, as
-// pack_weights makes them, or the plain tensor where panels divide it; the strides say which.
+// weight: panels (groups, panels, kernel, kernel, source channels / group, panel) with zeros behind the last channel,
+// as pack_weights makes them, or the plain tensor where panels divide it; the strides say which. Where a panel is one
+// channel wide (GPUs), pack_weights makes a plain tensor too, so that neighbouring items read neighbouring weights.
 // -D PIXELS: target pixels an item holds in registers. -D VECTORS: vectors of V channels it holds for each.
 // Launch gather: (panels * groups, items over the pixels of a phase, phases); local size free, {1, 1, 1} on CPUs.
 #include "common/prefetch.cl"
@@ -85,14 +86,16 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
   for (int tile = begin; tile < end; tile += PIXELS) {
     int y[PIXELS], x[PIXELS], picture[PIXELS], position[PIXELS];
     global const REAL* corner[PIXELS];  // where the first tap reads, if it is inside
-    int smallest_x = s.source_width, largest_x = -s.kernel_size, smallest_y = s.source_height, largest_y = -s.kernel_size;
+    int smallest_x = s.source_width, largest_x = -s.kernel_size;
+    int smallest_y = s.source_height, largest_y = -s.kernel_size;
 #pragma unroll
     for (int p = 0; p < PIXELS; ++p) {
       y[p] = line * s.source_step + top;
       x[p] = column * s.source_step + left;
       picture[p] = image;
       position[p] = (line * s.target_step + phase_y) * s.target_width + column * s.target_step + phase_x;
-      corner[p] = source + (((long)image * s.source_height + y[p]) * s.source_width + x[p]) * s.source_channels + group * source_depth;
+      corner[p] = source + group * source_depth +
+                  (((long)image * s.source_height + y[p]) * s.source_width + x[p]) * s.source_channels;
       smallest_x = min(smallest_x, x[p]);
       largest_x = max(largest_x, x[p]);
       smallest_y = min(smallest_y, y[p]);
@@ -112,7 +115,8 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
     const int columns = merged ? 1 : taps_x, run = merged ? s.kernel_size * source_depth : source_depth;
 
     // What this tile's end and a later tile's last kernel row will need.
-    const long ahead = ((long)(taps_y - 1) * s.source_width + TILES_AHEAD * PIXELS * s.source_step + taps_x - 1) * s.source_channels;
+    const int columns_ahead = TILES_AHEAD * PIXELS * s.source_step + taps_x - 1;
+    const long ahead = ((long)(taps_y - 1) * s.source_width + columns_ahead) * s.source_channels;
 #pragma unroll
     for (int p = 0; p < PIXELS; ++p) {
       for (int k = 0; k < source_depth; k += CACHE_LINE) PREFETCH(corner[p] + ahead + k);
@@ -140,7 +144,8 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
           const bool inside = all_inside || (sy >= 0 && sy < s.source_height && sx >= 0 && sx < s.source_width);
           values[p] = inside ? corner[p] + tap : zeros;
         }
-        global const REAL* w = weights + (long)((tap_y + ty * s.target_step) * s.kernel_size + tap_x + tx * s.target_step) * s.tap_stride;
+        const int weight_tap = (tap_y + ty * s.target_step) * s.kernel_size + tap_x + tx * s.target_step;
+        global const REAL* w = weights + (long)weight_tap * s.tap_stride;
         for (int k = 0; k < run; ++k, w += s.row_stride) {
           REALV factor[VECTORS];
 #pragma unroll
@@ -174,21 +179,22 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
 }
 
 // panels from weight (groups, kernel, kernel, rows, columns). transpose = 0: rows stay rows. transpose = 1: for the
-// input's gradient, rows and columns change places and the taps are turned by 180 degrees.
-// Launch: (taps, panels, groups); local size free.
-kernel void pack_weights(global const REAL* weight, global REAL* panels, const int groups, const int taps, const int rows,
-                         const int columns, const int transpose) {
-  const int panel_count = ((transpose ? rows : columns) + PANEL - 1) / PANEL;
+// input's gradient, rows and columns change places and the taps are turned by 180 degrees. The strides are Gather's.
+// Launch: (panels, taps, groups); local size free.
+kernel void pack_weights(global const REAL* weight, global REAL* packed, const int groups, const int taps,
+                         const int rows, const int columns, const int transpose, const int group_stride,
+                         const int panel_stride, const int tap_stride, const int row_stride) {
   const int depth = transpose ? columns : rows, width = transpose ? rows : columns;
-  const int tap = get_global_id(0), panel = get_global_id(1), group = get_global_id(2);
-  if (tap >= taps || panel >= panel_count || group >= groups) return;
+  const int panel = get_global_id(0), tap = get_global_id(1), group = get_global_id(2);
+  if (panel * PANEL >= width || tap >= taps || group >= groups) return;
   const int from_tap = transpose ? taps - 1 - tap : tap;
   const int row_step = transpose ? 1 : columns, lane_step = transpose ? columns : 1;
   global const REAL* from = weight + (long)(group * taps + from_tap) * rows * columns + (long)panel * PANEL * lane_step;
-  global REAL* to = panels + ((long)(group * panel_count + panel) * taps + tap) * depth * PANEL;
+  global REAL* to = packed + (long)group * group_stride + (long)panel * panel_stride + (long)tap * tap_stride;
   const int lanes = min(PANEL, width - panel * PANEL);
   for (int k = 0; k < depth; ++k) {
-    for (int lane = 0; lane < lanes; ++lane) to[k * PANEL + lane] = from[(long)k * row_step + (long)lane * lane_step];
-    for (int lane = lanes; lane < PANEL; ++lane) to[k * PANEL + lane] = 0;
+    global REAL* line = to + (long)k * row_stride;
+    for (int lane = 0; lane < lanes; ++lane) line[lane] = from[(long)k * row_step + (long)lane * lane_step];
+    for (int lane = lanes; lane < PANEL; ++lane) line[lane] = 0;
   }
 }

@@ -1,5 +1,5 @@
-// Gradients of a convolution (conv2d.cl) with respect to its weights and biases, NHWC, grouped. Sums over pixels are split
-// into ranges of output rows whose results are then added in order: deterministic, no atomics.
+// Gradients of a convolution (conv2d.cl) with respect to its weights and biases, NHWC, grouped. Sums over pixels are
+// split into ranges of output rows whose results are then added in order: deterministic, no atomics.
 // -D ROWS: input channels an item holds in registers. -D VECTORS: vectors of V output channels for each.
 #include "common/prefetch.cl"
 #include "common/real.cl"
@@ -29,7 +29,7 @@ inline void add_lanes(REALV value, global REAL* to, int lanes, bool first_time) 
   for (int lane = 0; lane < lanes; ++lane) to[lane] = first_time ? values[lane] : to[lane] + values[lane];
 }
 
-// partial (splits, groups, kernel, kernel, channels / group, output channels / group): the weight gradient of each split.
+// partial (splits, groups, kernel, kernel, channels / group, output channels / group): each split's weight gradient.
 // gradient: of the output before its activation; V - 1 elements behind its end may be read, not used.
 // Launch: (panels * groups, items over units, splits); local size free, {1, 1, 1} on CPUs.
 kernel void weight_gradient(global const REAL* input, global const REAL* gradient, global REAL* partial,
@@ -44,8 +44,9 @@ kernel void weight_gradient(global const REAL* input, global const REAL* gradien
   const int end_unit = min(first_unit + s.units_per_item, s.kernel_size * s.kernel_size * blocks);
   const int lanes = output_depth - panel * PANEL;
   global const REAL* const gradients = gradient + group * output_depth + panel * PANEL;
-  global REAL* const results = partial + ((long)get_global_id(2) * s.groups + group) * s.kernel_size * s.kernel_size * depth * output_depth +
-                               panel * PANEL;
+  const long weights_of_group = (long)s.kernel_size * s.kernel_size * depth * output_depth;
+  global REAL* const results =
+      partial + ((long)get_global_id(2) * s.groups + group) * weights_of_group + panel * PANEL;
 
   for (int pass = split_begin; pass < split_end; pass += s.rows_per_pass) {
     const int pass_end = min(pass + s.rows_per_pass, split_end);
@@ -69,8 +70,8 @@ kernel void weight_gradient(global const REAL* input, global const REAL* gradien
         const int image = row / s.output_height;
         const int y = row % s.output_height * s.stride + ky - s.padding;
         if (y < 0 || y >= s.height) continue;
-        global const REAL* from = input + (((long)image * s.height + y) * s.width + x_begin * s.stride + kx - s.padding) * s.channels +
-                                  group * depth + channel;
+        const long corner = ((long)image * s.height + y) * s.width + x_begin * s.stride + kx - s.padding;
+        global const REAL* from = input + corner * s.channels + group * depth + channel;
         global const REAL* gradient_at = gradients + ((long)row * s.output_width + x_begin) * s.output_channels;
         for (int x = x_begin; x < x_end; ++x) {
           PREFETCH(from + PIXELS_AHEAD * s.stride * s.channels);

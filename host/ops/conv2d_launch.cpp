@@ -54,13 +54,17 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
   const bool many_pixels = int64_t{arguments.target_height} * arguments.target_width >= 512;
   if (transpose || target_depth % block.panel != 0 || (device.is_wide() && panels > 1 && many_pixels)) {
     packed = Tensor(device, {arguments.groups, panels, taps, depth, block.panel});
+    // One channel to a panel: panels lie side by side, so that neighbouring items read neighbouring weights.
+    const bool side_by_side = block.panel == 1;
+    arguments.row_stride = side_by_side ? panels : block.panel;
+    arguments.tap_stride = depth * arguments.row_stride;
+    arguments.panel_stride = side_by_side ? 1 : taps * arguments.tap_stride;
+    arguments.group_stride = taps * depth * panels * block.panel;
     device.kernel("conv2d", "pack_weights", defines)
-        .launch({static_cast<size_t>(taps), static_cast<size_t>(panels), static_cast<size_t>(arguments.groups)},
-                {1, 1, 1}, weight, packed, arguments.groups, taps, rows, columns, transpose ? 1 : 0);
-    arguments.row_stride = block.panel;
-    arguments.tap_stride = depth * block.panel;
-    arguments.panel_stride = taps * arguments.tap_stride;
-    arguments.group_stride = panels * arguments.panel_stride;
+        .launch({static_cast<size_t>(panels), static_cast<size_t>(taps), static_cast<size_t>(arguments.groups)},
+                device.is_wide() ? Range{1, 1, 1} : Range{32, 1, 1}, weight, packed, arguments.groups, taps, rows,
+                columns, transpose ? 1 : 0, arguments.group_stride, arguments.panel_stride, arguments.tap_stride,
+                arguments.row_stride);
   } else {
     arguments.row_stride = target_depth;
     arguments.tap_stride = depth * target_depth;

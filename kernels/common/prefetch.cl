@@ -1,5 +1,5 @@
-// Hints to CPUs, whose own prefetchers lose the thread where a kernel reads a few channels out of each wide pixel; nothing on
-// other devices. Any address will do: a prefetch never faults. CACHE_LINE: REALs in one.
+// Hints to CPUs, whose own prefetchers lose the thread where a kernel reads a few channels out of each wide pixel;
+// nothing on other devices. Any address will do: a prefetch never faults. CACHE_LINE: REALs in one.
 #define CACHE_LINE ((int)(64 / sizeof(REAL)))
 #if WIDE && defined(__has_builtin)
 #if __has_builtin(__builtin_prefetch)
