@@ -34,13 +34,14 @@ void Adam::add(const std::string& name, const Tensor& value, int group) {
   if (place != parameters_.end() && place->name == name) {
     throw std::logic_error(fmt::format("[adam] two parameters are named '{}'", name));
   }
-  if (partial_.defined()) throw std::logic_error(fmt::format("[adam] parameter '{}' added after the first step", name));
+  if (started_) throw std::logic_error(fmt::format("[adam] parameter '{}' added after the first step", name));
   parameters_.insert(
       place, {name, group, value, Tensor::zeros(device_, value.shape()), Tensor::zeros(device_, value.shape())});
+  allocate();
 }
 
-void Adam::prepare() {
-  if (partial_.defined()) return;
+// With each parameter rather than in the first step: there it would take buffers that the second step then misses.
+void Adam::allocate() {
   const auto count = static_cast<int64_t>(parameters_.size());
   int64_t slots = 1;
   for (const Parameter& parameter : parameters_) slots += slots_of(parameter.value);
@@ -53,7 +54,8 @@ void Adam::prepare() {
 }
 
 void Adam::step(const std::vector<double>& learning_rates) {
-  prepare();
+  if (parameters_.empty()) return;
+  started_ = true;
   const size_t group = group_size(device_);
   const LocalMemory scratch{group * device_.real_bytes()};
   int slots = 0;
@@ -91,18 +93,23 @@ void Adam::clear_gradients() {
 }
 
 Adam::Counters Adam::counters() const {
-  if (!partial_.defined()) return {};
+  if (parameters_.empty()) return {};
   const std::vector<int32_t> counts = counters_.to_host<int32_t>();
   return {counts[0], counts[1], counts[2], state_.to_host<double>()[0]};
 }
 
 Adam::Progress Adam::progress() const {
-  if (!partial_.defined()) return {{}, std::vector<int32_t>(parameters_.size(), 0)};
+  if (parameters_.empty()) return {};
   return {counters(), applied_.to_host<int32_t>()};
 }
 
 void Adam::restore(const Progress& progress) {
-  prepare();
+  if (progress.applied.size() != parameters_.size()) {
+    throw std::logic_error(
+        fmt::format("[adam] progress of {} parameters restored to {}", progress.applied.size(), parameters_.size()));
+  }
+  if (parameters_.empty()) return;
+  started_ = true;
   const std::vector<int32_t> counts{progress.counters.applied, progress.counters.skipped,
                                     progress.counters.skipped_in_a_row};
   const std::vector<double> state{progress.counters.last_norm, 1};

@@ -51,14 +51,16 @@ class Adam {
   /// Waits for the device: for progress reports and checkpoints, not for every step.
   Counters counters() const;
   Progress progress() const;
+  /// Throws std::logic_error when the number of parameters is another.
   void restore(const Progress& progress);
 
  private:
-  void prepare();
+  void allocate();
 
   Device& device_;
   AdamOptions options_;
   std::vector<Parameter> parameters_;
+  bool started_ = false;
   Tensor partial_, present_, applied_, bias_, state_, counters_;
 };
 

@@ -153,6 +153,7 @@ TEST_CASE("Adam refuses a taken name, a late parameter and a group without a rat
   adam.add("p", value, 1);
   CHECK_THROWS_AS(adam.add("p", value), std::logic_error);
   CHECK_THROWS_AS(adam.step({0.1}), std::logic_error);
+  CHECK_THROWS_AS(adam.restore({{}, {1, 2}}), std::logic_error);
   CHECK_THROWS_AS(adam.add("q", value), std::logic_error);
 }
 

@@ -6,6 +6,7 @@
 #include "host/error.h"
 #include "host/ops/regularizer.h"
 #include "host/ops/ssim.h"
+#include "host/optim/adam.h"
 #include "model/loss/lpips_weights.h"
 #include "tests/support/test_devices.h"
 
@@ -152,4 +153,39 @@ TEST_CASE("a loss that wants LPIPS refuses to start without its weights") {
   const Loss allowed(device, without_lpips(), Tensor::zeros(device, {1, 3}));
   Tape tape(device);
   CHECK_THROWS_AS(allowed.evaluate(tape, {}, {}, 0), std::logic_error);
+}
+
+TEST_CASE("steps of loss and Adam repeat to the bit and allocate nothing after the first") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const std::string weights = data_path("weights/lpips_squeeze_v0.1.npz");
+  Config config = without_lpips();
+  if (!weights.empty()) {
+    config.loss.lpips_weight = 0.1;
+    config.loss.lpips_network = LpipsNetwork::Squeeze;
+    config.loss.lpips_weights = weights;
+  }
+  size_t after_first = 0;
+  const auto run = [&] {
+    const Scene scene = make_scene(device);
+    const Loss loss(device, config, scene.base);
+    Adam adam(device);
+    adam.add("image", scene.views[0].image);
+    adam.add("log_scales", scene.maps.log_scales);
+    for (int step = 0; step < 4; ++step) {
+      Tape tape(device);
+      tape.backward(loss.evaluate(tape, scene.views, scene.maps, step).total);
+      adam.step({1e-2});
+      // The others are no parameters here: Adam does not give their gradients back.
+      for (Tensor other : {scene.views[1].image, scene.maps.position_offsets, scene.maps.divergence})
+        other.clear_gradient();
+      const size_t allocations = device.memory_statistics().device_allocations;
+      if (step == 0) after_first = allocations;
+      CHECK(allocations == after_first);
+    }
+    CHECK(adam.counters().applied == 4);
+    return std::pair{scene.views[0].image.to_host<float>(), scene.maps.log_scales.to_host<float>()};
+  };
+  const auto first = run();
+  CHECK(first == run());
+  CHECK(first.first != make_scene(device).views[0].image.to_host<float>());
 }
