@@ -36,7 +36,7 @@ REAL4 local_rotation(global const REAL* axis_angles, const int joint) {
   return (REAL4)(cos((REAL)0.5 * sqrt(squared)), half_sine_ratio(squared) * a);
 }
 
-kernel void forward(global const REAL* axis_angles, global const REAL* translation, global const REAL* rest,
+kernel void kinematics_forward(global const REAL* axis_angles, global const REAL* translation, global const REAL* rest,
                     global const int* parents, global REAL* matrices, global REAL* rotations, const int joints) {
   if (get_global_id(0) > 0) return;
   for (int j = 0; j < joints; ++j) {
@@ -66,7 +66,7 @@ kernel void forward(global const REAL* axis_angles, global const REAL* translati
 
 // d_matrices, d_rotations: gradients of the outputs, overwritten while children add theirs to their parents'.
 // d_axis_angles (J,3), d_translation (3): written.
-kernel void backward(global const REAL* axis_angles, global const REAL* rest, global const int* parents,
+kernel void kinematics_backward(global const REAL* axis_angles, global const REAL* rest, global const int* parents,
                      global const REAL* rotations, global REAL* d_matrices, global REAL* d_rotations,
                      global REAL* d_axis_angles, global REAL* d_translation, const int joints) {
   if (get_global_id(0) > 0) return;

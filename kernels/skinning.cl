@@ -27,7 +27,7 @@ void blend_rows(global const int* joints, global const REAL* weights, global con
   }
 }
 
-kernel void positions_forward(global const REAL* positions, global const int* influence_joints,
+kernel void skin_positions_forward(global const REAL* positions, global const int* influence_joints,
                               global const REAL* influence_weights, global const REAL* matrices, global REAL* output,
                               const int count, const int influences) {
   GAUSSIAN_OR_RETURN;
@@ -39,7 +39,7 @@ kernel void positions_forward(global const REAL* positions, global const int* in
 }
 
 // d_positions = (blended 3x3 part)^T d_output
-kernel void positions_backward(global const REAL* d_output, global const int* influence_joints,
+kernel void skin_positions_backward(global const REAL* d_output, global const int* influence_joints,
                                global const REAL* influence_weights, global const REAL* matrices,
                                global REAL* d_positions, const int count, const int influences) {
   GAUSSIAN_OR_RETURN;
@@ -65,7 +65,7 @@ REAL4 blend_quaternions(global const int* joints, global const REAL* weights, gl
   return blend;
 }
 
-kernel void rotations_forward(global const REAL* rotations, global const int* influence_joints,
+kernel void skin_rotations_forward(global const REAL* rotations, global const int* influence_joints,
                               global const REAL* influence_weights, global const REAL* joint_rotations,
                               global REAL* output, const int count, const int influences) {
   GAUSSIAN_OR_RETURN;
@@ -76,7 +76,7 @@ kernel void rotations_forward(global const REAL* rotations, global const int* in
 }
 
 // d_rotations (N,4) and d_blend (N,4), the gradient of the blend before its normalisation.
-kernel void rotations_backward(global const REAL* d_output, global const REAL* rotations,
+kernel void skin_rotations_backward(global const REAL* d_output, global const REAL* rotations,
                                global const int* influence_joints, global const REAL* influence_weights,
                                global const REAL* joint_rotations, global REAL* d_rotations, global REAL* d_blend,
                                const int count, const int influences) {
@@ -107,7 +107,7 @@ kernel void rotations_backward(global const REAL* d_output, global const REAL* r
 #endif
 
 // Gradient of the joint matrices: sum_i w_ij d_output_i (p_i, 1)^T
-kernel void matrices_partial(global const REAL* d_output, global const REAL* positions,
+kernel void skin_matrices_partial(global const REAL* d_output, global const REAL* positions,
                              global const int* influence_joints, global const REAL* influence_weights,
                              global REAL* partial, const int count, const int influences, const int joints,
                              const int block_size) {
@@ -147,7 +147,7 @@ kernel void matrices_partial(global const REAL* d_output, global const REAL* pos
 }
 
 // Gradient of the joint rotations: sum_i w_ij s_ij d_blend_i
-kernel void rotations_partial(global const REAL* d_blend, global const REAL* joint_rotations,
+kernel void skin_rotations_partial(global const REAL* d_blend, global const REAL* joint_rotations,
                               global const int* influence_joints, global const REAL* influence_weights,
                               global REAL* partial, const int count, const int influences, const int joints,
                               const int block_size) {
@@ -180,7 +180,7 @@ kernel void rotations_partial(global const REAL* d_blend, global const REAL* joi
 }
 
 // output[e] = sum over blocks of partial[block][e], in order; one item per element.
-kernel void sum_partials(global const REAL* partial, global REAL* output, const int elements, const int blocks) {
+kernel void skin_sum_partials(global const REAL* partial, global REAL* output, const int elements, const int blocks) {
   const int e = get_global_id(0);
   if (e >= elements) return;
   REAL total = 0;

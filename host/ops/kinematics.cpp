@@ -16,13 +16,13 @@ JointTransforms kinematics(Tape& tape, const Tensor& axis_angles, const Tensor& 
   }
   Device& device = tape.device();
   const JointTransforms output{Tensor(device, {joints, 3, 4}), Tensor(device, {joints, 4})};
-  device.kernel("kinematics", "forward")
+  device.kernel("kinematics", "kinematics_forward")
       .launch({1}, {1}, axis_angles, translation, rest_joints, parents, output.matrices, output.rotations, joints);
   tape.record("kinematics", {axis_angles, translation}, {output.matrices, output.rotations}, [=](Tape& tape) {
     Device& device = tape.device();
     // The kernel adds along the tree in place, so it works on the outputs' gradients, which nobody reads afterwards.
     const Tensor d_axis_angles(device, axis_angles.shape()), d_translation(device, translation.shape());
-    device.kernel("kinematics", "backward")
+    device.kernel("kinematics", "kinematics_backward")
         .launch({1}, {1}, axis_angles, rest_joints, parents, output.rotations, tape.gradient_or_zeros(output.matrices),
                 tape.gradient_or_zeros(output.rotations), d_axis_angles, d_translation, joints);
     const auto hand_over = [&](const Tensor& from) {

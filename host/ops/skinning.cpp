@@ -44,7 +44,7 @@ void sum_by_joint(Device& device, const char* name, const Tensor& gradient, cons
       .launch(device.is_wide() ? Range{block_items} : Range{joints, block_items},
               device.is_wide() ? Range{1} : Range{64, 1}, gradient, other, skinning.joints, skinning.weights, partial,
               sizes.count, sizes.influences, sizes.joints, block_size);
-  launch(device, "sum_partials", elements, partial, target, elements, blocks);
+  launch(device, "skin_sum_partials", elements, partial, target, elements, blocks);
 }
 
 }  // namespace
@@ -53,16 +53,16 @@ Tensor skin_positions(Tape& tape, const Tensor& positions, const SkinningWeights
                       const JointTransforms& transforms) {
   const Sizes sizes = checked_sizes("skin_positions", positions, 3, skinning, transforms);
   const Tensor output(tape.device(), positions.shape());
-  launch(tape.device(), "positions_forward", sizes.count, positions, skinning.joints, skinning.weights,
+  launch(tape.device(), "skin_positions_forward", sizes.count, positions, skinning.joints, skinning.weights,
          transforms.matrices, output, sizes.count, sizes.influences);
   tape.record("skin_positions", {positions, transforms.matrices}, {output}, [=](Tape& tape) {
     const Tensor gradient = output.gradient();
     tape.accumulate(positions, [&](const Tensor& d_positions) {
-      launch(tape.device(), "positions_backward", sizes.count, gradient, skinning.joints, skinning.weights,
+      launch(tape.device(), "skin_positions_backward", sizes.count, gradient, skinning.joints, skinning.weights,
              transforms.matrices, d_positions, sizes.count, sizes.influences);
     });
     tape.accumulate(transforms.matrices, [&](const Tensor& d_matrices) {
-      sum_by_joint(tape.device(), "matrices_partial", gradient, positions, skinning, sizes, d_matrices);
+      sum_by_joint(tape.device(), "skin_matrices_partial", gradient, positions, skinning, sizes, d_matrices);
     });
   });
   return output;
@@ -72,17 +72,17 @@ Tensor skin_rotations(Tape& tape, const Tensor& rotations, const SkinningWeights
                       const JointTransforms& transforms) {
   const Sizes sizes = checked_sizes("skin_rotations", rotations, 4, skinning, transforms);
   const Tensor output(tape.device(), rotations.shape());
-  launch(tape.device(), "rotations_forward", sizes.count, rotations, skinning.joints, skinning.weights,
+  launch(tape.device(), "skin_rotations_forward", sizes.count, rotations, skinning.joints, skinning.weights,
          transforms.rotations, output, sizes.count, sizes.influences);
   tape.record("skin_rotations", {rotations, transforms.rotations}, {output}, [=](Tape& tape) {
     Device& device = tape.device();
     const Tensor d_rotations(device, rotations.shape()), d_blend(device, rotations.shape());
-    launch(device, "rotations_backward", sizes.count, output.gradient(), rotations, skinning.joints, skinning.weights,
+    launch(device, "skin_rotations_backward", sizes.count, output.gradient(), rotations, skinning.joints, skinning.weights,
            transforms.rotations, d_rotations, d_blend, sizes.count, sizes.influences);
     tape.accumulate(rotations,
                     [&](const Tensor& target) { device.copy(d_rotations.memory(), target.memory(), target.bytes()); });
     tape.accumulate(transforms.rotations, [&](const Tensor& d_joints) {
-      sum_by_joint(device, "rotations_partial", d_blend, transforms.rotations, skinning, sizes, d_joints);
+      sum_by_joint(device, "skin_rotations_partial", d_blend, transforms.rotations, skinning, sizes, d_joints);
     });
   });
   return output;

@@ -1,0 +1,127 @@
+#include "model/gaussians/posing.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "host/autograd/gradient_check.h"
+#include "host/ops/pointwise.h"
+#include "host/ops/reduction.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_devices.h"
+#include "tests/support/tiny_body.h"
+
+using namespace degas;
+using namespace degas::test;
+
+namespace {
+
+const std::vector<double> betas = {0.5, -1};
+
+Pose random_pose(const BodyModel& body, unsigned seed) {
+  const std::vector<double> angles = random_values(body.joint_count() * 3, seed, -0.5, 0.5);
+  Pose pose;
+  for (int j = 0; j < body.joint_count(); ++j) pose.axis_angles.emplace_back(&angles[j * 3]);
+  pose.translation = {0.3, -0.4, 2};
+  return pose;
+}
+
+/// A made-up body with Gaussians on it; the network's maps are zero or random.
+struct Subject {
+  BodyModel body;
+  BaseMaps maps;
+
+  Subject() : body(load()), maps(make_base_maps(body, betas, UvAtlas(body, 16), 8, 1e-4)) {}
+
+  static BodyModel load() {
+    const TemporaryFolder folder;
+    write_tiny_body(folder.path() / "body.npz");
+    return BodyModel::load(folder.path() / "body.npz");
+  }
+
+  AssemblyMaps heads(Device& device, double size) const {
+    return {random_tensor(device, {16, 16, 3}, 1, -size, size), random_tensor(device, {16, 16, 7}, 2, -size, size),
+            random_tensor(device, {16, 16, 4}, 3, -size, size)};
+  }
+
+  Splats posed(Tape& tape, const AssemblyMaps& heads, const DevicePose& pose) const {
+    Device& device = tape.device();
+    return pose_gaussians(tape, assemble(tape, heads, make_gaussian_base(device, maps)),
+                          make_skinning_weights(device, maps), make_skeleton(device, body, betas), pose);
+  }
+};
+
+Eigen::Matrix3d axes(const std::vector<double>& rotations, int index) {
+  const double* q = &rotations[index * 4];
+  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+}
+
+}  // namespace
+
+TEST_CASE("unchanged Gaussians follow the skinned surface of the body") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const Subject subject;
+  const Pose pose = random_pose(subject.body, 7);
+  Tape tape(device, false);
+  const Splats splats = subject.posed(tape, subject.heads(device, 0), make_device_pose(device, pose));
+
+  // Skinned as points of their own, by the joints as the body model on the host poses them.
+  const JointFrames frames = subject.body.posed_joints(pose, betas);
+  const std::vector<Eigen::Vector3d> rest = subject.body.joints(betas);
+  const BaseMaps& maps = subject.maps;
+  std::vector<double> expected;
+  for (size_t i = 0; i < maps.covered.size(); ++i) {
+    const Eigen::Vector3d point = Eigen::Map<const Eigen::Vector3f>(&maps.positions[i * 3]).cast<double>();
+    Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+    for (int k = 0; k < maps.influences; ++k) {
+      const int joint = maps.joints[i * maps.influences + k];
+      moved += maps.weights[i * maps.influences + k] *
+               (frames.rotations[joint] * (point - rest[joint]) + frames.positions[joint]);
+    }
+    expected.insert(expected.end(), moved.data(), moved.data() + 3);
+  }
+  CHECK(largest_difference(splats.positions.to_host<double>(), expected) < 5e-6);
+  for (double opacity : splats.opacities.to_host<double>()) CHECK(opacity == Approx(0.5));
+  for (double color : splats.colors.to_host<double>()) CHECK(color == Approx(0.5));
+}
+
+TEST_CASE("a rigid motion of the root moves positions and rotations as one body") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const Subject subject;
+  Pose pose = random_pose(subject.body, 8);
+  pose.axis_angles[0].setZero();
+  pose.translation.setZero();
+  Pose turned = pose;
+  const Eigen::AngleAxisd turn(2.1, Eigen::Vector3d(1, -2, 0.5).normalized());
+  turned.axis_angles[0] = turn.angle() * turn.axis();
+  turned.translation = {1, 2, -0.5};
+  Tape tape(device, false);
+  const AssemblyMaps heads = subject.heads(device, 0.5);
+  const Splats before = subject.posed(tape, heads, make_device_pose(device, pose));
+  const Splats after = subject.posed(tape, heads, make_device_pose(device, turned));
+  const auto p = before.positions.to_host<double>(), moved = after.positions.to_host<double>();
+  const auto q = before.rotations.to_host<double>(), rotated = after.rotations.to_host<double>();
+  const Eigen::Vector3d pelvis = subject.body.joints(betas)[0];
+  for (size_t i = 0; i < subject.maps.covered.size(); ++i) {
+    const Eigen::Vector3d from(&p[i * 3]), to(&moved[i * 3]);
+    CHECK((turn * (from - pelvis) + pelvis + turned.translation - to).norm() < 1e-5);
+    CHECK((turn.matrix() * axes(q, i) - axes(rotated, i)).norm() < 1e-5);
+  }
+}
+
+TEST_CASE("the gradient of posed Gaussians reaches the maps and the pose") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
+  const Subject subject;
+  AssemblyMaps heads = subject.heads(device, 0.5);
+  DevicePose pose = make_device_pose(device, random_pose(subject.body, 9));
+  for (Tensor* tensor :
+       {&heads.positions, &heads.rotations_scales, &heads.colors_opacities, &pose.axis_angles, &pose.translation}) {
+    tensor->set_requires_gradient();
+  }
+  const auto function = [&](Tape& tape, const std::vector<Tensor>& in) {
+    const Splats s = subject.posed(tape, {in[0], in[1], in[2]}, {in[3], in[4]});
+    return std::vector{s.positions, s.rotations, s.log_scales, s.opacities, s.colors};
+  };
+  CHECK(gradient_check(device, function,
+                       {heads.positions, heads.rotations_scales, heads.colors_opacities, pose.axis_angles,
+                        pose.translation}) < 1e-6);
+}
