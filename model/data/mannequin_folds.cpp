@@ -30,7 +30,7 @@ double sleeve_folds(const Vector3d& p, bool left, const MannequinPose& pose) {
   const double elbow = pose.axis_angles[left ? 18 : 19].norm();
   const Vector3d& shoulder = pose.axis_angles[left ? 16 : 17];
   // Folds crowd in the crook of the elbow and shift along the sleeve as it bends.
-  double height = 0.0050 * elbow * bell(from_elbow, 0.075) * (0.35 + 0.65 * smoothstep(-0.6, 0.8, front)) *
+  double height = 0.0064 * elbow * bell(from_elbow, 0.075) * (0.35 + 0.65 * smoothstep(-0.6, 0.8, front)) *
                   ridges(from_elbow + 0.010 * up + 0.006 * elbow, 0.036);
   const double raise = shoulder.norm();
   height += 0.0040 * raise * bell(along - 0.05, 0.075) * ridges(along + 0.022 * front + 0.03 * shoulder.z(), 0.045);
@@ -42,7 +42,7 @@ double sleeve_folds(const Vector3d& p, bool left, const MannequinPose& pose) {
 double torso_folds(const Vector3d& p, const MannequinPose& pose) {
   const Vector3d spine = pose.axis_angles[3] + pose.axis_angles[6] + pose.axis_angles[9];
   const double x = p.x();
-  double height = 0.0065 * spine.y() * bell(p.y() - 1.10, 0.14) * ridges(p.y() + (p.z() > 0 ? 0.55 : -0.55) * x, 0.070);
+  double height = 0.0080 * spine.y() * bell(p.y() - 1.10, 0.14) * ridges(p.y() + (p.z() > 0 ? 0.55 : -0.55) * x, 0.070);
   height += 0.0080 * std::max(0.0, spine.x()) * bell(p.y() - 1.08, 0.10) * smoothstep(0.0, 0.07, p.z()) *
             ridges(p.y() + 0.06 * std::cos(9 * x), 0.052);
   height += 0.0080 * std::max(0.0, spine.z() * (x < 0 ? -1 : 1)) * bell(p.y() - 1.08, 0.10) *
@@ -62,11 +62,11 @@ double trouser_folds(MannequinChart chart, const Vector3d& p, const MannequinPos
   const double flexion = std::max(0.0, -hip.x()), knee = pose.axis_angles[left ? 4 : 5].norm();
   const double x = std::abs(p.x());
   double height =
-      0.0070 * flexion * bell(p.y() - 0.86, 0.08) * smoothstep(-0.02, 0.06, p.z()) * ridges(p.y() + 0.5 * x, 0.042);
+      0.0085 * flexion * bell(p.y() - 0.86, 0.08) * smoothstep(-0.02, 0.06, p.z()) * ridges(p.y() + 0.5 * x, 0.042);
   height += 0.0025 * bell(p.y() - 0.83, 0.06) * ridges(p.y() - 0.8 * x, 0.045);
   if (chart == MannequinChart::Torso) return height;
   const double back = smoothstep(0.03, -0.04, p.z());
-  height += 0.0055 * knee * bell(p.y() - 0.487, 0.085) * (0.3 + 0.7 * back) * ridges(p.y() + 0.15 * (x - 0.107), 0.040);
+  height += 0.0072 * knee * bell(p.y() - 0.487, 0.085) * (0.3 + 0.7 * back) * ridges(p.y() + 0.15 * (x - 0.107), 0.040);
   height += 0.0032 * (1 + 0.5 * knee) * bell(p.y() - 0.16, 0.075) *
             ridges(p.y() + 0.012 * std::sin(50 * x + 30 * p.z()), 0.036);
   return height + 0.0018 * value_noise(p / 0.06);

@@ -14,7 +14,7 @@ using Eigen::Vector3f;
 /// Depths along a light's direction on a square grid that covers the scene.
 class ShadowMap {
  public:
-  static constexpr int size = 512;
+  static constexpr int size = 448;
 
   ShadowMap(const std::vector<Vector3f>& positions, const std::vector<Eigen::Vector3i>& casters, const Vector3f& toward)
       : depth_(static_cast<size_t>(size) * size, -std::numeric_limits<float>::max()) {
@@ -23,8 +23,11 @@ class ShadowMap {
     axes_.row(1) = toward.cross(Vector3f(axes_.row(0))).normalized();
     axes_.row(2) = toward;
     Vector3f low = Vector3f::Constant(std::numeric_limits<float>::max()), high = -low;
-    std::vector<Vector3f> local(positions.size());
-    for (size_t v = 0; v < positions.size(); ++v) {
+    // The lit surface is finer than the casters and lists their vertices first.
+    int last = -1;
+    for (const auto& t : casters) last = std::max(last, t.maxCoeff());
+    std::vector<Vector3f> local(static_cast<size_t>(last + 1));
+    for (size_t v = 0; v < local.size(); ++v) {
       local[v] = axes_ * positions[v];
       low = low.cwiseMin(local[v]);
       high = high.cwiseMax(local[v]);
@@ -59,14 +62,19 @@ class ShadowMap {
     const int right = static_cast<int>(std::floor(std::max({a.x(), b.x(), c.x()}) - 0.5F));
     const int top = static_cast<int>(std::ceil(std::min({a.y(), b.y(), c.y()}) - 0.5F));
     const int bottom = static_cast<int>(std::floor(std::max({a.y(), b.y(), c.y()}) - 0.5F));
+    // Barycentric weights of b and c as planes over the map.
+    const float scale = 1 / area;
+    const float b_x = (c.y() - a.y()) * scale, b_y = -(c.x() - a.x()) * scale;
+    const float c_x = -(b.y() - a.y()) * scale, c_y = (b.x() - a.x()) * scale;
+    const float slope_b = b.z() - a.z(), slope_c = c.z() - a.z();
     for (int row = top; row <= bottom; ++row) {
+      const float y = static_cast<float>(row) + 0.5F - a.y();
+      float* line = depth_.data() + static_cast<size_t>(row) * size;
       for (int column = left; column <= right; ++column) {
-        const float x = static_cast<float>(column) + 0.5F, y = static_cast<float>(row) + 0.5F;
-        const float wb = ((x - a.x()) * (c.y() - a.y()) - (y - a.y()) * (c.x() - a.x())) / area;
-        const float wc = ((b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x())) / area;
+        const float x = static_cast<float>(column) + 0.5F - a.x();
+        const float wb = b_x * x + b_y * y, wc = c_x * x + c_y * y;
         if (wb < 0 || wc < 0 || wb + wc > 1) continue;
-        float& depth = depth_[static_cast<size_t>(row) * size + column];
-        depth = std::max(depth, a.z() + wb * (b.z() - a.z()) + wc * (c.z() - a.z()));
+        line[column] = std::max(line[column], a.z() + wb * slope_b + wc * slope_c);
       }
     }
   }

@@ -41,17 +41,22 @@ void draw_triangles(const std::vector<ScreenVertex>& screen, const std::vector<E
     const int right = std::min(buffer.width - 1, static_cast<int>(std::floor(std::max({a.x, b.x, c.x}) - 0.5F)));
     const int top = std::max(0, static_cast<int>(std::ceil(std::min({a.y, b.y, c.y}) - 0.5F)));
     const int bottom = std::min(buffer.height - 1, static_cast<int>(std::floor(std::max({a.y, b.y, c.y}) - 0.5F)));
-    const float scale = 1 / area, ia = 1 / a.z, ib = 1 / b.z, ic = 1 / c.z;
+    // Barycentric weights of b and c, and the inverse depth, as planes over the samples (anchored at a).
+    const float scale = 1 / area;
+    const float b_x = (c.y - a.y) * scale, b_y = -(c.x - a.x) * scale;
+    const float c_x = -(b.y - a.y) * scale, c_y = (b.x - a.x) * scale;
+    const float at_a = 1 / a.z, slope_b = 1 / b.z - at_a, slope_c = 1 / c.z - at_a;
     for (int y = top; y <= bottom; ++y) {
+      const float dy = static_cast<float>(y) + 0.5F - a.y;
+      const size_t line = static_cast<size_t>(y) * buffer.width;
       for (int x = left; x <= right; ++x) {
-        const float px = static_cast<float>(x) + 0.5F, py = static_cast<float>(y) + 0.5F;
-        const float wa = edge(b, c, px, py) * scale, wb = edge(c, a, px, py) * scale, wc = edge(a, b, px, py) * scale;
-        if (wa < 0 || wb < 0 || wc < 0) continue;
-        const float inverse = wa * ia + wb * ib + wc * ic;
-        const size_t at = static_cast<size_t>(y) * buffer.width + x;
-        if (inverse <= buffer.inverse_depth[at]) continue;
-        buffer.inverse_depth[at] = inverse;
-        buffer.triangle[at] = static_cast<int>(t);
+        const float dx = static_cast<float>(x) + 0.5F - a.x;
+        const float wb = b_x * dx + b_y * dy, wc = c_x * dx + c_y * dy;
+        if (wb < 0 || wc < 0 || wb + wc > 1) continue;
+        const float inverse = at_a + wb * slope_b + wc * slope_c;
+        if (inverse <= buffer.inverse_depth[line + x]) continue;
+        buffer.inverse_depth[line + x] = inverse;
+        buffer.triangle[line + x] = static_cast<int>(t);
       }
     }
   }

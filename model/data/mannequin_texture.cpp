@@ -101,11 +101,11 @@ Paint paint_shirt(MannequinChart chart, const Vector3d& p, double column) {
   if (chart != MannequinChart::Torso) {
     const double along = along_arm(p);
     const Vector3d color = along > 0.455 ? srgb(52, 80, 108) : plaid((column - 0.25) * 0.29, along);
-    return {color * weave, 0.01};
+    return {color * weave, 0};
   }
   const double across = (column - 0.5) * 0.98;
   Vector3d color = plaid(across, p.y());
-  if (p.y() > 1.486) return {srgb(52, 80, 108) * weave, 0.01};
+  if (p.y() > 1.486) return {srgb(52, 80, 108) * weave, 0};
   if (p.z() > 0) {
     color = mix(color, srgb(66, 100, 126), band(across, 0.017, 0.001));
     color = mix(color, srgb(30, 46, 70), 0.7 * band(std::abs(across) - 0.017, 0.0014, 0.0006));
@@ -115,7 +115,7 @@ Paint paint_shirt(MannequinChart chart, const Vector3d& p, double column) {
     color = mix(color, srgb(30, 46, 70), 0.75 * band(box, 0.0018, 0.0008));
   }
   color = mix(color, srgb(30, 46, 70), 0.6 * band(p.y() - 0.934, 0.0015, 0.0008));
-  return {color * weave, 0.01};
+  return {color * weave, 0};
 }
 
 Paint paint_trousers(MannequinChart chart, const Vector3d& p, double column) {
@@ -129,7 +129,7 @@ Paint paint_trousers(MannequinChart chart, const Vector3d& p, double column) {
     color = mix(color, srgb(34, 42, 64), 0.7 * band(column - 0.25, 0.004, 0.002));
     color = mix(color, srgb(34, 42, 64), 0.6 * band(p.y() - 0.128, 0.0015, 0.001));
   }
-  return {color * weave, 0.01};
+  return {color * weave, 0};
 }
 
 Paint paint_shoe(const Vector3d& p) {

@@ -3,7 +3,9 @@
 #include <set>
 
 #include "host/io/npz.h"
+#include "model/body/body_model.h"
 #include "model/data/mannequin_clothes.h"
+#include "model/data/mannequin_motion.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;
@@ -171,4 +173,25 @@ TEST_CASE("the body file has the SMPL-X layout and gives the body back") {
   for (const char* key : {"hands_meanl", "hands_meanr"}) file.read(key, {45});
   for (const char* key : {"hands_componentsl", "hands_componentsr"}) file.read(key, {45, 45});
   std::filesystem::remove(path);
+}
+
+TEST_CASE("the loader of body models poses the written body as the mannequin poses itself") {
+  const auto path = std::filesystem::temp_directory_path() / "degas_mannequin_loader_test.npz";
+  write_mannequin_body(path, body());
+  const BodyModel model = BodyModel::load(path);
+  std::filesystem::remove(path);
+  CHECK(model.shape_count() == 300);
+  CHECK(model.expression_count() == 100);
+  for (const double time : {0.05, 0.4, 0.77}) {
+    const MannequinPose state = mannequin_motion(MannequinSequence::Training, time, 3, body().skeleton);
+    Pose pose;
+    pose.axis_angles.assign(state.axis_angles.begin(), state.axis_angles.end());
+    pose.translation = state.translation;
+    pose.expression.assign(state.expression.begin(), state.expression.end());
+    const auto expected = pose_body(body(), state), actual = model.posed_vertices(pose, {}, true);
+    REQUIRE(actual.size() == expected.size());
+    double largest = 0;
+    for (size_t v = 0; v < actual.size(); ++v) largest = std::max(largest, (actual[v] - expected[v]).norm());
+    CHECK(largest < 2e-5);  // float32 file
+  }
 }
