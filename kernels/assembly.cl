@@ -20,11 +20,12 @@ REAL4 changed_rotation(const REAL4 base, const REAL4 change, const REAL scale, R
   return sum * *inverse_norm;
 }
 
-kernel void assemble_forward(global const REAL* position_map, global const REAL* rotation_map, global const REAL* color_map,
-                    global const int* texels, global const REAL* base_positions, global const REAL* base_rotations,
-                    global const REAL* base_log_scales, global REAL* positions, global REAL* rotations,
-                    global REAL* log_scales, global REAL* opacities, global REAL* colors, global REAL* offsets,
-                    const REAL offset_scale, const REAL rotation_scale, const int count) {
+kernel void assemble_forward(global const REAL* position_map, global const REAL* rotation_map,
+                             global const REAL* color_map, global const int* texels, global const REAL* base_positions,
+                             global const REAL* base_rotations, global const REAL* base_log_scales,
+                             global REAL* positions, global REAL* rotations, global REAL* log_scales,
+                             global REAL* opacities, global REAL* colors, global REAL* offsets, const REAL offset_scale,
+                             const REAL rotation_scale, const int count) {
   GAUSSIAN_OR_RETURN;
   const REAL3 offset = vload3(texel, position_map);
   vstore3(offset, i, offsets);
@@ -42,16 +43,17 @@ kernel void assemble_forward(global const REAL* position_map, global const REAL*
   vstore3(select(shade, (REAL3)(0), shade <= (REAL3)(0)), i, colors);
 }
 
-kernel void assemble_positions_backward(global const REAL* d_positions, global const REAL* d_offsets, global const int* texels,
-                               global REAL* d_position_map, const REAL offset_scale, const int count) {
+kernel void assemble_positions_backward(global const REAL* d_positions, global const REAL* d_offsets,
+                                        global const int* texels, global REAL* d_position_map, const REAL offset_scale,
+                                        const int count) {
   GAUSSIAN_OR_RETURN;
   vstore3(offset_scale * vload3(i, d_positions) + vload3(i, d_offsets), texel, d_position_map);
 }
 
 kernel void assemble_rotations_backward(global const REAL* d_rotations, global const REAL* d_log_scales,
-                               global const REAL* rotation_map, global const REAL* base_rotations,
-                               global const int* texels, global REAL* d_rotation_map, const REAL rotation_scale,
-                               const int count) {
+                                        global const REAL* rotation_map, global const REAL* base_rotations,
+                                        global const int* texels, global REAL* d_rotation_map,
+                                        const REAL rotation_scale, const int count) {
   GAUSSIAN_OR_RETURN;
   REAL inverse_norm;
   const REAL4 unit = changed_rotation(vload4(i, base_rotations), vload4(0, rotation_map + texel * 7), rotation_scale,
@@ -63,9 +65,9 @@ kernel void assemble_rotations_backward(global const REAL* d_rotations, global c
 }
 
 // No gradient to a colour that the clamp holds at 0.
-kernel void assemble_colors_backward(global const REAL* d_colors, global const REAL* d_opacities, global const REAL* colors,
-                            global const REAL* opacities, global const int* texels, global REAL* d_color_map,
-                            const int count) {
+kernel void assemble_colors_backward(global const REAL* d_colors, global const REAL* d_opacities,
+                                     global const REAL* colors, global const REAL* opacities, global const int* texels,
+                                     global REAL* d_color_map, const int count) {
   GAUSSIAN_OR_RETURN;
   const REAL3 color = vload3(i, colors), d = vload3(i, d_colors);
   const REAL opacity = opacities[i];

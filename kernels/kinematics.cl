@@ -1,7 +1,8 @@
 // Forward kinematics of a tree of joints, and its gradient to the joint rotations and the root translation.
 //   local    l_j = exp(axis_angle_j / 2) as a unit quaternion: smooth at every angle, so 0, pi and 2 pi are no special
 //            places; only sin(x)/x needs its series near 0
-//   global   q_j = q_parent l_j;   t_j = t_parent + R(q_parent) (rest_j - rest_parent);   t_root = rest_root + translation
+//   global   q_j = q_parent l_j;   t_j = t_parent + R(q_parent) (rest_j - rest_parent)
+//   root     t_0 = rest_0 + translation
 //   output   rotations_j = q_j;    matrices_j = [R(q_j) | t_j - R(q_j) rest_j]  (posed * inverse(canonical))
 // Shapes: axis_angles (J,3) radians, translation (3) and rest (J,3) metres, parents (J) with parents[0] < 0 and
 // parents[j] < j, matrices (J,3,4), rotations (J,4) as w x y z.
@@ -9,9 +10,10 @@
 #include "common/real.cl"
 #include "common/quaternion.cl"
 
-// Taylor coefficients of half_sine_ratio and its slope below; the first one left out weighs less than 2e-14 at the border.
+// Taylor series of half_sine_ratio and its slope below: the first term left out is less than 2e-14 at the border.
 #define SERIES_BORDER ((REAL)0.25)
-#define SERIES(x, a, b, c, d, e) ((REAL)(a) + (x) * ((REAL)(b) + (x) * ((REAL)(c) + (x) * ((REAL)(d) + (x) * (REAL)(e)))))
+#define SERIES(x, a, b, c, d, e) \
+  ((REAL)(a) + (x) * ((REAL)(b) + (x) * ((REAL)(c) + (x) * ((REAL)(d) + (x) * (REAL)(e)))))
 
 // sin(angle / 2) / angle as a function of angle^2.
 REAL half_sine_ratio(const REAL squared) {
@@ -37,7 +39,8 @@ REAL4 local_rotation(global const REAL* axis_angles, const int joint) {
 }
 
 kernel void kinematics_forward(global const REAL* axis_angles, global const REAL* translation, global const REAL* rest,
-                    global const int* parents, global REAL* matrices, global REAL* rotations, const int joints) {
+                               global const int* parents, global REAL* matrices, global REAL* rotations,
+                               const int joints) {
   if (get_global_id(0) > 0) return;
   for (int j = 0; j < joints; ++j) {
     const int parent = parents[j];
@@ -67,8 +70,8 @@ kernel void kinematics_forward(global const REAL* axis_angles, global const REAL
 // d_matrices, d_rotations: gradients of the outputs, overwritten while children add theirs to their parents'.
 // d_axis_angles (J,3), d_translation (3): written.
 kernel void kinematics_backward(global const REAL* axis_angles, global const REAL* rest, global const int* parents,
-                     global const REAL* rotations, global REAL* d_matrices, global REAL* d_rotations,
-                     global REAL* d_axis_angles, global REAL* d_translation, const int joints) {
+                                global const REAL* rotations, global REAL* d_matrices, global REAL* d_rotations,
+                                global REAL* d_axis_angles, global REAL* d_translation, const int joints) {
   if (get_global_id(0) > 0) return;
   for (int j = joints - 1; j >= 0; --j) {
     const int parent = parents[j];
@@ -82,7 +85,8 @@ kernel void kinematics_backward(global const REAL* axis_angles, global const REA
     REAL4 dq = vload4(j, d_rotations) + quaternion_from_row_gradients(vload4(j, rotations), row0, row1, row2);
     if (parent >= 0) {
       const REAL4 local_j = local_rotation(axis_angles, j);
-      vstore4(vload4(parent, d_rotations) + quaternion_multiply(dq, quaternion_conjugate(local_j)), parent, d_rotations);
+      const REAL4 share = quaternion_multiply(dq, quaternion_conjugate(local_j));
+      vstore4(vload4(parent, d_rotations) + share, parent, d_rotations);
       dq = quaternion_multiply(quaternion_conjugate(vload4(parent, rotations)), dq);
       // t_j is the parent's matrix applied to (rest_j, 1).
       const REAL4 point = (REAL4)(rest_j, 1);

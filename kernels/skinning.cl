@@ -1,7 +1,7 @@
 // Linear blend skinning of positions and rotations, and the gradients to both and to the joints.
 //   positions:  output_i = sum_k w_ik M_jik (p_i, 1)
 //   rotations:  u_i = normalise(sum_k w_ik s_ik r_jik), output_i = u_i q_i; s_ik = +-1 puts every joint's quaternion on
-//               the side of the first influence's. As that is the heaviest, |sum| >= w_i0 >= 1 / K: no pose makes it vanish.
+//               the side of the first influence's. As that is the heaviest, |sum| >= w_i0 >= 1 / K in every pose
 // Shapes: influence_joints Int32 (N,K) and influence_weights (N,K), heaviest first; matrices (J,3,4); joint_rotations
 // (J,4) and rotations (N,4) as w x y z; positions (N,3).
 // Launch: one item per Gaussian, local size free, except for the partial sums over Gaussians (below). No local memory.
@@ -9,9 +9,11 @@
 #include "common/real.cl"
 #include "common/quaternion.cl"
 
-#define GAUSSIAN_OR_RETURN          \
-  const int i = get_global_id(0);   \
-  if (i >= count) return
+#define GAUSSIAN_OR_RETURN                                                      \
+  const int i = get_global_id(0);                                               \
+  if (i >= count) return;                                                       \
+  global const int* joints = influence_joints + (long)i * influences;           \
+  global const REAL* weights = influence_weights + (long)i * influences
 
 void blend_rows(global const int* joints, global const REAL* weights, global const REAL* matrices, const int influences,
                 REAL4* row0, REAL4* row1, REAL4* row2) {
@@ -28,24 +30,22 @@ void blend_rows(global const int* joints, global const REAL* weights, global con
 }
 
 kernel void skin_positions_forward(global const REAL* positions, global const int* influence_joints,
-                              global const REAL* influence_weights, global const REAL* matrices, global REAL* output,
-                              const int count, const int influences) {
+                                   global const REAL* influence_weights, global const REAL* matrices,
+                                   global REAL* output, const int count, const int influences) {
   GAUSSIAN_OR_RETURN;
   REAL4 row0, row1, row2;
-  blend_rows(influence_joints + (long)i * influences, influence_weights + (long)i * influences, matrices, influences, &row0,
-             &row1, &row2);
+  blend_rows(joints, weights, matrices, influences, &row0, &row1, &row2);
   const REAL4 point = (REAL4)(vload3(i, positions), 1);
   vstore3((REAL3)(dot(row0, point), dot(row1, point), dot(row2, point)), i, output);
 }
 
 // d_positions = (blended 3x3 part)^T d_output
 kernel void skin_positions_backward(global const REAL* d_output, global const int* influence_joints,
-                               global const REAL* influence_weights, global const REAL* matrices,
-                               global REAL* d_positions, const int count, const int influences) {
+                                    global const REAL* influence_weights, global const REAL* matrices,
+                                    global REAL* d_positions, const int count, const int influences) {
   GAUSSIAN_OR_RETURN;
   REAL4 row0, row1, row2;
-  blend_rows(influence_joints + (long)i * influences, influence_weights + (long)i * influences, matrices, influences, &row0,
-             &row1, &row2);
+  blend_rows(joints, weights, matrices, influences, &row0, &row1, &row2);
   const REAL3 d = vload3(i, d_output);
   vstore3((d.x * row0 + d.y * row1 + d.z * row2).xyz, i, d_positions);
 }
@@ -66,23 +66,21 @@ REAL4 blend_quaternions(global const int* joints, global const REAL* weights, gl
 }
 
 kernel void skin_rotations_forward(global const REAL* rotations, global const int* influence_joints,
-                              global const REAL* influence_weights, global const REAL* joint_rotations,
-                              global REAL* output, const int count, const int influences) {
+                                   global const REAL* influence_weights, global const REAL* joint_rotations,
+                                   global REAL* output, const int count, const int influences) {
   GAUSSIAN_OR_RETURN;
-  const REAL4 blend = blend_quaternions(influence_joints + (long)i * influences, influence_weights + (long)i * influences,
-                                        joint_rotations, influences);
+  const REAL4 blend = blend_quaternions(joints, weights, joint_rotations, influences);
   const REAL scale = 1 / sqrt(dot(blend, blend));
   vstore4(quaternion_multiply(scale * blend, vload4(i, rotations)), i, output);
 }
 
 // d_rotations (N,4) and d_blend (N,4), the gradient of the blend before its normalisation.
 kernel void skin_rotations_backward(global const REAL* d_output, global const REAL* rotations,
-                               global const int* influence_joints, global const REAL* influence_weights,
-                               global const REAL* joint_rotations, global REAL* d_rotations, global REAL* d_blend,
-                               const int count, const int influences) {
+                                    global const int* influence_joints, global const REAL* influence_weights,
+                                    global const REAL* joint_rotations, global REAL* d_rotations, global REAL* d_blend,
+                                    const int count, const int influences) {
   GAUSSIAN_OR_RETURN;
-  const REAL4 blend = blend_quaternions(influence_joints + (long)i * influences, influence_weights + (long)i * influences,
-                                        joint_rotations, influences);
+  const REAL4 blend = blend_quaternions(joints, weights, joint_rotations, influences);
   const REAL scale = 1 / sqrt(dot(blend, blend));
   const REAL4 unit = scale * blend;
   const REAL4 d = vload4(i, d_output);
@@ -92,8 +90,8 @@ kernel void skin_rotations_backward(global const REAL* d_output, global const RE
 }
 
 // Sums over the Gaussians of a block, one array of (J, 12 or 4) per block: partial (blocks, J, 12 or 4).
-// WIDE: launch one item per block, which owns the whole array. Else: (J rounded up, blocks) items; each owns one joint of
-// one block and keeps its sum in registers, so that nothing is shared between items.
+// WIDE: launch one item per block, which owns the whole array. Else: (J rounded up, blocks) items; each owns one joint
+// of one block and keeps its sum in registers, so that nothing is shared between items.
 #if WIDE
 #define OWN_JOINTS                                                        \
   const int block = get_global_id(0);                                     \
@@ -108,9 +106,9 @@ kernel void skin_rotations_backward(global const REAL* d_output, global const RE
 
 // Gradient of the joint matrices: sum_i w_ij d_output_i (p_i, 1)^T
 kernel void skin_matrices_partial(global const REAL* d_output, global const REAL* positions,
-                             global const int* influence_joints, global const REAL* influence_weights,
-                             global REAL* partial, const int count, const int influences, const int joints,
-                             const int block_size) {
+                                  global const int* influence_joints, global const REAL* influence_weights,
+                                  global REAL* partial, const int count, const int influences, const int joints,
+                                  const int block_size) {
   OWN_JOINTS;
 #if WIDE
   global REAL* sums = partial + (long)block * joints * 12;
@@ -148,9 +146,9 @@ kernel void skin_matrices_partial(global const REAL* d_output, global const REAL
 
 // Gradient of the joint rotations: sum_i w_ij s_ij d_blend_i
 kernel void skin_rotations_partial(global const REAL* d_blend, global const REAL* joint_rotations,
-                              global const int* influence_joints, global const REAL* influence_weights,
-                              global REAL* partial, const int count, const int influences, const int joints,
-                              const int block_size) {
+                                   global const int* influence_joints, global const REAL* influence_weights,
+                                   global REAL* partial, const int count, const int influences, const int joints,
+                                   const int block_size) {
   OWN_JOINTS;
 #if WIDE
   global REAL* sums = partial + (long)block * joints * 4;

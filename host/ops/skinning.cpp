@@ -77,8 +77,8 @@ Tensor skin_rotations(Tape& tape, const Tensor& rotations, const SkinningWeights
   tape.record("skin_rotations", {rotations, transforms.rotations}, {output}, [=](Tape& tape) {
     Device& device = tape.device();
     const Tensor d_rotations(device, rotations.shape()), d_blend(device, rotations.shape());
-    launch(device, "skin_rotations_backward", sizes.count, output.gradient(), rotations, skinning.joints, skinning.weights,
-           transforms.rotations, d_rotations, d_blend, sizes.count, sizes.influences);
+    launch(device, "skin_rotations_backward", sizes.count, output.gradient(), rotations, skinning.joints,
+           skinning.weights, transforms.rotations, d_rotations, d_blend, sizes.count, sizes.influences);
     tape.accumulate(rotations,
                     [&](const Tensor& target) { device.copy(d_rotations.memory(), target.memory(), target.bytes()); });
     tape.accumulate(transforms.rotations, [&](const Tensor& d_joints) {
