@@ -5,6 +5,8 @@
 #include <iterator>
 
 #include "host/error.h"
+#include "model/body/body_model.h"
+#include "model/data/dreams_capture.h"
 #include "model/data/mannequin_code.h"
 #include "model/data/mannequin_motion.h"
 #include "tests/support/test_devices.h"
@@ -186,4 +188,61 @@ TEST_CASE("face codes follow the expression, not the view, and noise grows with 
   CHECK(signal > 5 * noise);
   Camera camera = synthetic_cameras({}).at(0);
   CHECK(MannequinFaceEncoder::yaw(body().skeleton, neutral, camera) > 120);
+}
+
+TEST_CASE("a written capture reads back: same pictures, codes where the face shows, the body under the clothes") {
+  const fs::path root = fs::temp_directory_path() / "degas_synthetic_capture_roundtrip";
+  fs::remove_all(root);
+  SyntheticOptions options;
+  options.frames = 3;
+  options.novel_frames = 1;
+  options.views = 4;
+  options.width = 120;
+  options.height = 160;
+  write_synthetic_capture(root, options);
+  const DreamsCapture capture(root / "P1C1", {});
+  const BodyModel model = BodyModel::load(root / "body.npz");
+  CHECK(capture.frame_count() == 3);
+  CHECK(capture.camera_names().size() == 4);
+  CHECK(capture.face_code_size() == 512);
+  CHECK(capture.flat_hand_mean());
+  int codes = 0;
+  for (int frame = 0; frame < 3; ++frame) {
+    LitScene bare;  // the registered body as a silhouette
+    for (const auto& p : model.posed_vertices(capture.pose(frame), capture.betas(), true)) {
+      bare.positions.push_back(p.cast<float>());
+    }
+    bare.normals.assign(bare.positions.size(), Eigen::Vector3f::UnitY());
+    bare.irradiance.assign(bare.positions.size(), Eigen::Vector3f::Zero());
+    const std::vector<std::array<Eigen::Vector2f, 3>> corners(body().mesh.triangles.size());
+    const MannequinTexture black{2, std::vector<Eigen::Vector4f>(4, Eigen::Vector4f::Zero())};
+    bare.triangles = &body().mesh.triangles;
+    bare.texture_coordinates = &corners;
+    bare.texture = &black;
+    for (int camera = 0; camera < 4; ++camera) {
+      REQUIRE(capture.has_image(frame, camera));
+      const Sample sample = capture.load(frame, camera);
+      const RenderedPicture silhouette = rasterize(bare, sample.view, 2);
+      int both = 0, either = 0;
+      for (size_t i = 0; i < silhouette.alpha.size(); ++i) {
+        const bool truth = sample.mask.pixels[i] > 127, drawn = silhouette.alpha[i] > 127;
+        both += truth && drawn;
+        either += truth || drawn;
+      }
+      CHECK(both > 0.75 * either);
+      CHECK(both < 0.97 * either);  // clothes and hair are not in the body model
+      codes += capture.face_code(frame, camera).has_value();
+      CHECK_FALSE((camera == 0 && capture.face_code(frame, camera)));  // it stands behind
+    }
+  }
+  CHECK(codes > 0);
+  // The video keeps every bit of the picture.
+  const MannequinPose state = mannequin_motion(MannequinSequence::Training, 0.5, options.seed, body().skeleton);
+  LitScene scene = person().pose(state);
+  light_scene(scene, person().shadow_casters(), studio_lights(), 1);
+  const RenderedPicture expected = rasterize(scene, synthetic_cameras(options)[2], 3);
+  const Sample sample = capture.load(1, 2);
+  CHECK(sample.image.pixels == expected.rgb);
+  CHECK(sample.mask.pixels == expected.alpha);
+  fs::remove_all(root);
 }
