@@ -1,9 +1,9 @@
 // Rasterisation of projected splats for wide vectors: one item composites a tile, REALV is a row of 16 pixels, no barrier.
-// A splat visits only the rows of the tile in which its Gaussian reaches ALPHA_MIN, and rows whose pixels are all opaque
-// are left out. Backward walks the same lists from the last contributor to the front and stores the sums of a splat over the
+// A splat visits only the rows of the tile between its lowest and highest point, and rows whose pixels are all opaque are
+// left out. Backward walks the same lists from the last contributor to the front and stores the sums of a splat over the
 // tile into the slot of that intersection.
-// -D V=16; TILE_HEIGHT: rows of a tile; SMOOTH_CUTOFF=0|1: alpha fades in between ALPHA_MIN and 2 ALPHA_MIN instead of stepping
-// (for finite differences).
+// -D V=16; TILE_HEIGHT: rows of a tile, 1..16; SMOOTH_CUTOFF=0|1: alpha fades in between ALPHA_MIN and 2 ALPHA_MIN instead
+// of stepping (for finite differences).
 // Arrays: records (N,RECORD_SIZE), tile_starts (tiles+1), order (M): slots sorted by tile, slot_splats (M), color (H,W,3),
 // alpha (H,W), transmittance (H,W): what is left behind the last contributor, contributors (H,W): place in `order` of the
 // pixel's last contributor, plus one, slots (M,SLOT_SIZE).
@@ -17,7 +17,8 @@
 #else
 #define MASKV int16
 #endif
-#define COLUMN_CENTERS (REALV)(0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 10.5, 11.5, 12.5, 13.5, 14.5, 15.5)
+// Pixel centres of a tile's columns, and of its rows.
+#define CENTERS (REALV)(0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 10.5, 11.5, 12.5, 13.5, 14.5, 15.5)
 
 typedef struct {
   int left, top, columns, rows;  // first pixel and size within the image
@@ -57,26 +58,22 @@ inline REALV record_in_place(global const REAL* records, global const uint* slot
   return LOAD_VECTOR((long)slot_splats[slot], records);
 }
 
-// The Gaussian along one row of pixels: log2(alpha) = peak - (sharpness (x - center))^2.
+// The Gaussian along each row of the tile: log2(alpha) = peak - (sharpness_x x - center)^2, dy the row's offset.
 typedef struct {
-  REAL dy, center, peak;
-  int reached;  // whether any pixel centre of the row may reach ALPHA_MIN
-} RowGaussian;
+  REAL dy[V], center[V], peak[V];
+} RowGaussians;
 
-inline RowGaussian row_gaussian(const TileSplat splat, const int row) {
-  RowGaussian g;
-  g.dy = row + (REAL)0.5 - splat.v;
-  g.center = splat.u + splat.slope * g.dy;
-  g.peak = splat.log2_opacity - splat.sharpness_y * g.dy * g.dy;
-  const REAL distance = splat.sharpness_x * fmax(fabs(g.center - (REAL)8) - (REAL)7.5, (REAL)0);
-  g.reached = distance * distance <= g.peak - LOG2_ALPHA_MIN;
-  return g;
+inline void row_gaussians(const TileSplat splat, const REALV row_centers, RowGaussians* rows) {
+  const REALV dy = row_centers - splat.v;
+  STORE_VECTOR(dy, 0, rows->dy);
+  STORE_VECTOR(splat.sharpness_x * (splat.u + splat.slope * dy), 0, rows->center);
+  STORE_VECTOR(splat.log2_opacity - splat.sharpness_y * dy * dy, 0, rows->peak);
 }
 
-// Alpha before the cut-off, and its log2.
-inline REALV row_exponent(const RowGaussian g, const REAL sharpness, const REALV x) {
-  const REALV s = x * sharpness - g.center * sharpness;
-  return g.peak - s * s;
+// log2(alpha) along a row of pixels; scaled_x = sharpness_x x.
+inline REALV row_exponent(const RowGaussians* rows, const int row, const REALV scaled_x) {
+  const REALV s = scaled_x - rows->center[row];
+  return rows->peak[row] - s * s;
 }
 
 #if SMOOTH_CUTOFF
@@ -97,7 +94,7 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
                            const REAL background_blue, const int width, const int height) {
   const int tile_index = get_global_id(0);
   const Tile tile = tile_at(tile_index, width, height);
-  const REALV x = COLUMN_CENTERS;
+  const REALV x = CENTERS;
   REALV left_over[TILE_HEIGHT], red[TILE_HEIGHT], green[TILE_HEIGHT], blue[TILE_HEIGHT];
   MASKV last[TILE_HEIGHT];
   int open[TILE_HEIGHT];
@@ -117,11 +114,12 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
     if (i + 1 < end) next = record_in_place(records, slot_splats, order[i + 1]);
     const TileSplat splat = tile_splat(record, tile);
     const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1], splat_blue = record[RECORD_COLOR + 2];
+    RowGaussians rows;
+    row_gaussians(splat, x, &rows);
+    const REALV scaled_x = x * splat.sharpness_x;
     for (int row = splat.first_row; row <= splat.last_row; ++row) {
       if (!open[row]) continue;
-      const RowGaussian g = row_gaussian(splat, row);
-      if (!g.reached) continue;
-      const REALV exponent = row_exponent(g, splat.sharpness_x, x);
+      const REALV exponent = row_exponent(&rows, row, scaled_x);
       REALV a = fmin(exp2_in_range(exponent), ALPHA_MAX);
 #if SMOOTH_CUTOFF
       a *= fade(a);
@@ -167,19 +165,6 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
   }
 }
 
-// 1 / x for x in [0.01, 1].
-inline REALV reciprocal(const REALV x) {
-#if REAL_IS_DOUBLE
-  return 1 / x;
-#else
-  // A line in the bits, then three Newton steps: cheaper than a vector division.
-  REALV y = AS_REALV(0x7EF311C7 - AS_INTV(x));
-  y = y * (2 - x * y);
-  y = y * (2 - x * y);
-  return y * (2 - x * y);
-#endif
-}
-
 // Adds neighbours: the lanes of a in the lower half, of b in the upper. Four rounds over 16 vectors leave the sum of each.
 inline REALV fold(const REALV a, const REALV b) { return (REALV)(a.even, b.even) + (REALV)(a.odd, b.odd); }
 
@@ -190,7 +175,7 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
                             const int height) {
   const int tile_index = get_global_id(0);
   const Tile tile = tile_at(tile_index, width, height);
-  const REALV x = COLUMN_CENTERS;
+  const REALV x = CENTERS;
   // behind: what the splats behind and the background are worth, as the loss weighs colours (d_color . colour + d_alpha).
   REALV left_over[TILE_HEIGHT], behind[TILE_HEIGHT], d_red[TILE_HEIGHT], d_green[TILE_HEIGHT], d_blue[TILE_HEIGHT],
       d_opaque[TILE_HEIGHT];
@@ -239,13 +224,12 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
     const TileSplat splat = tile_splat(record, tile);
     const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1], splat_blue = record[RECORD_COLOR + 2];
     REALV w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0, wyy = 0, sum_red = 0, sum_green = 0, sum_blue = 0;
-    int touched = 0;
+    RowGaussians rows;
+    row_gaussians(splat, x, &rows);
+    const REALV scaled_x = x * splat.sharpness_x;
     for (int row = splat.first_row; row <= splat.last_row; ++row) {
       if (i >= row_end[row]) continue;
-      const RowGaussian g = row_gaussian(splat, row);
-      if (!g.reached) continue;
-      touched = 1;
-      const REALV exponent = row_exponent(g, splat.sharpness_x, x);
+      const REALV exponent = row_exponent(&rows, row, scaled_x);
       const REALV plain = exp2_in_range(exponent);
       REALV a = fmin(plain, ALPHA_MAX);
       const MASKV taken = exponent >= LOG2_ALPHA_MIN && last[row] > (MASKV)(int)i;
@@ -258,7 +242,7 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
       a = taken ? a : (REALV)0;
       const REALV by_exponent = plain < ALPHA_MAX ? a : (REALV)0;
 #endif
-      const REALV t = left_over[row] * reciprocal(1 - a);
+      const REALV t = left_over[row] / (1 - a);
       left_over[row] = t;
       const REALV worth = d_red[row] * splat_red + d_green[row] * splat_green + d_blue[row] * splat_blue + d_opaque[row];
       const REALV gain = worth - behind[row];
@@ -272,17 +256,13 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
       const REALV d_exponent_x = d_exponent * dx;
       w += d_exponent;
       wx += d_exponent_x;
-      wy += d_exponent * g.dy;
+      wy += d_exponent * rows.dy[row];
       wxx += d_exponent_x * dx;
-      wxy += d_exponent_x * g.dy;
-      wyy += d_exponent * (g.dy * g.dy);
+      wxy += d_exponent_x * rows.dy[row];
+      wyy += d_exponent * (rows.dy[row] * rows.dy[row]);
     }
-    REALV sums = 0;
-    if (touched) {
-      const REALV first = fold(fold(fold(w, wx), fold(wy, wxx)), fold(fold(wxy, wyy), fold(sum_red, sum_green)));
-      const REALV ninth = fold(sum_blue, sum_blue), second = fold(fold(ninth, ninth), fold(ninth, ninth));
-      sums = fold(first, second);
-    }
-    STORE_VECTOR(sums, (long)slot, slots);
+    const REALV first = fold(fold(fold(w, wx), fold(wy, wxx)), fold(fold(wxy, wyy), fold(sum_red, sum_green)));
+    const REALV ninth = fold(sum_blue, sum_blue), second = fold(fold(ninth, ninth), fold(ninth, ninth));
+    STORE_VECTOR(fold(first, second), (long)slot, slots);
   }
 }
