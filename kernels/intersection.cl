@@ -1,8 +1,9 @@
-// Which tiles a projected splat touches: those with a pixel centre inside its ellipse alpha >= ALPHA_MIN (by the ellipse's
-// exact reach within the tile's rows, grown by MARGIN for rounding), counted and then listed by one and the same function.
+// Which tiles a projected splat touches: those with a pixel centre inside its ellipse alpha >= ALPHA_MIN (by the
+// ellipse's exact reach within the tile's rows, grown by MARGIN for rounding), counted and then listed by one and the
+// same function.
 // -D TILE_WIDTH, TILE_HEIGHT: pixels of a tile.
-// Arrays: records (N,RECORD_SIZE); order (N): splats by (depth, index); slot_counts, slot_offsets (N); tile_keys, slot_splats
-// (M): one entry per intersection, numbered front to back by splat; tile_starts (tiles + 1).
+// Arrays: records (N,RECORD_SIZE); order (N): splats by (depth, index); slot_counts, slot_offsets (N); tile_keys,
+// slot_splats (M): one entry per intersection, numbered front to back by splat; tile_starts (tiles + 1).
 // Launch: one item per splat, intersection or tile; local size free. Deterministic: every element has one writer.
 #include "common/real.cl"
 #include "common/splat.cl"
@@ -30,7 +31,8 @@ inline Span tiles_between(const REAL low, const REAL high, const int size, const
 inline Span columns_in_row(global const REAL* record, const Span rows, const Span box, const int row, const int width) {
   if (rows.first == rows.last || box.first >= box.last) return box;
   const REAL u = record[RECORD_U], v = record[RECORD_V], half_width = record[RECORD_WIDTH], tilt = record[RECORD_TILT];
-  const REAL slope = record[RECORD_SLOPE], sharpness_x = record[RECORD_SHARPNESS_X], sharpness_y = record[RECORD_SHARPNESS_Y];
+  const REAL slope = record[RECORD_SLOPE], sharpness_x = record[RECORD_SHARPNESS_X],
+             sharpness_y = record[RECORD_SHARPNESS_Y];
   const REAL reach = record[RECORD_LOG2_OPACITY] - LOG2_ALPHA_MIN;
   const REAL top = fmax(row * TILE_HEIGHT + (REAL)0.5 - v, -record[RECORD_HEIGHT]);
   const REAL bottom = fmin(row * TILE_HEIGHT + TILE_HEIGHT - (REAL)0.5 - v, record[RECORD_HEIGHT]);
@@ -48,11 +50,13 @@ inline Span rows_of(global const REAL* record, const int height) {
     const Span none = {0, -1};
     return none;
   }
-  return tiles_between(record[RECORD_V] - record[RECORD_HEIGHT], record[RECORD_V] + record[RECORD_HEIGHT], TILE_HEIGHT, height);
+  return tiles_between(record[RECORD_V] - record[RECORD_HEIGHT], record[RECORD_V] + record[RECORD_HEIGHT], TILE_HEIGHT,
+                       height);
 }
 
 inline Span columns_of(global const REAL* record, const int width) {
-  return tiles_between(record[RECORD_U] - record[RECORD_WIDTH], record[RECORD_U] + record[RECORD_WIDTH], TILE_WIDTH, width);
+  return tiles_between(record[RECORD_U] - record[RECORD_WIDTH], record[RECORD_U] + record[RECORD_WIDTH], TILE_WIDTH,
+                       width);
 }
 
 // slot_counts[splat] = how many tiles it touches.
@@ -75,7 +79,8 @@ kernel void to_depth_order(global const uint* values, global const uint* order, 
   const long rank = get_global_id(0);
   if (rank < count) sorted[rank] = values[order[rank]];
 }
-kernel void from_depth_order(global const uint* sorted, global const uint* order, global uint* values, const long count) {
+kernel void from_depth_order(global const uint* sorted, global const uint* order, global uint* values,
+                             const long count) {
   const long rank = get_global_id(0);
   if (rank < count) values[order[rank]] = sorted[rank];
 }
@@ -100,7 +105,8 @@ kernel void list_tiles(global const REAL* records, global const uint* slot_offse
 }
 
 // tile_starts[t] = how many of the sorted keys are below t, for t = 0 .. tiles.
-kernel void find_tile_starts(global const uint* sorted_keys, global uint* tile_starts, const int tiles, const uint count) {
+kernel void find_tile_starts(global const uint* sorted_keys, global uint* tile_starts, const int tiles,
+                             const uint count) {
   const int tile = get_global_id(0);
   if (tile > tiles) return;
   uint low = 0, high = count;

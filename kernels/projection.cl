@@ -1,10 +1,11 @@
 // EWA projection of 3D Gaussians: camera transform, Jacobian of the perspective, 2D covariance with its blur, culling.
-// Forward writes a record per splat (common/splat.cl) and the depth's sort key; backward sums a splat's gradient slots in
-// their order and takes the sum to positions, rotations, log-scales, opacities and colours.
-// Arrays: positions (N,3), rotations (N,4) wxyz, log_scales (N,3), opacities (N), colors (N,3), records (N,RECORD_SIZE),
-// depth_keys (N) uint, slot_counts and slot_offsets (N) uint, slots (M,SLOT_SIZE).
+// Forward writes a record per splat (common/splat.cl) and the depth's sort key; backward sums a splat's gradient slots
+// in their order and takes the sum to positions, rotations, log-scales, opacities and colours.
+// Arrays: positions (N,3), rotations (N,4) wxyz, log_scales (N,3), opacities (N), colors (N,3), records
+// (N,RECORD_SIZE), depth_keys (N) uint, slot_counts and slot_offsets (N) uint, slots (M,SLOT_SIZE).
 // -D ANTIALIAS=0|1: opacity is multiplied by sqrt(det / det with blur), at least COMPENSATION_MIN.
-// Launch: one item per V consecutive splats; local size free. Deterministic: every element has one writer, sums go in order.
+// Launch: one item per V consecutive splats; local size free. Deterministic: every element has one writer, sums go in
+// order.
 #include "common/real.cl"
 #include "common/splat.cl"
 
@@ -42,7 +43,8 @@ inline REALV gather(global const REAL* source, const long first, const int strid
 #endif
 }
 
-inline void scatter(const REALV values, global REAL* target, const long first, const int stride, const int k, const int lanes) {
+inline void scatter(const REALV values, global REAL* target, const long first, const int stride, const int k,
+                    const int lanes) {
 #if V == 1
   target[first * stride + k] = values;
 #else
@@ -52,13 +54,13 @@ inline void scatter(const REALV values, global REAL* target, const long first, c
 #endif
 }
 
-// Everything between a splat's parameters and its 2D covariance. The covariance is A A^T with A = J W R(q) S (2x3) and is
-// kept divided by unit^2, where unit is A's largest entry (at least 1), so that squares of huge scales stay finite; its
-// determinant is |a0 x a1|^2 by Lagrange's identity, which loses nothing for tiny ones.
+// Everything between a splat's parameters and its 2D covariance. The covariance is A A^T with A = J W R(q) S (2x3) and
+// is kept divided by unit^2, where unit is A's largest entry (at least 1), so that squares of huge scales stay finite;
+// its determinant is |a0 x a1|^2 by Lagrange's identity, which loses nothing for tiny ones.
 typedef struct {
-  REALV x, y, z, inverse_z, ratio_x, ratio_y;       // camera space; ratios clamped to the limits
-  REALV w, i, j, k, inverse_norm;                   // normalised quaternion
-  REALV r[9], p[6], scale[3], a[6];                 // R(q), J W, scales, A / unit
+  REALV x, y, z, inverse_z, ratio_x, ratio_y;  // camera space; ratios clamped to the limits
+  REALV w, i, j, k, inverse_norm;              // normalised quaternion
+  REALV r[9], p[6], scale[3], a[6];            // R(q), J W, scales, A / unit
   REALV unit, xx, xy, yy, bare_determinant, blurred_xx, blurred_yy, determinant;
   REALV compensation_squared;
 } Footprint;
@@ -146,9 +148,10 @@ kernel void project_forward(global const REAL* positions, global const REAL* rot
   // Every guard states what a visible splat satisfies: a NaN fails it.
   const REALV visible =
       (f.z >= view.near_plane && f.z <= LARGEST && f.inverse_norm <= 1 / sqrt(QUATERNION_MIN) && f.inverse_norm > 0 &&
-       given_opacity <= 1 && opacity >= ALPHA_MIN && fabs(red) <= LARGEST && fabs(green) <= LARGEST && fabs(blue) <= LARGEST &&
-       fabs(s0) <= LOG_SCALE_MAX && fabs(s1) <= LOG_SCALE_MAX && fabs(s2) <= LOG_SCALE_MAX && width <= LARGEST && height <= LARGEST &&
-       f.determinant >= (REAL)1e-37 && u + width > 0 && u - width < view.width && v + height > 0 && v - height < view.height)
+       given_opacity <= 1 && opacity >= ALPHA_MIN && fabs(red) <= LARGEST && fabs(green) <= LARGEST &&
+       fabs(blue) <= LARGEST && fabs(s0) <= LOG_SCALE_MAX && fabs(s1) <= LOG_SCALE_MAX && fabs(s2) <= LOG_SCALE_MAX &&
+       width <= LARGEST && height <= LARGEST && f.determinant >= (REAL)1e-37 && u + width > 0 &&
+       u - width < view.width && v + height > 0 && v - height < view.height)
           ? (REALV)1
           : (REALV)-1;
 
@@ -166,21 +169,23 @@ kernel void project_forward(global const REAL* positions, global const REAL* rot
   fields[RECORD_COLOR + 1] = green;
   fields[RECORD_COLOR + 2] = blue;
   const int lanes = LANES(first);
-  for (int field = 0; field < RECORD_COLOR + 3; ++field) scatter(fields[field], records, first, RECORD_SIZE, field, lanes);
+  for (int field = 0; field < RECORD_COLOR + 3; ++field)
+    scatter(fields[field], records, first, RECORD_SIZE, field, lanes);
 
   // Positive floats order as their bits do.
   REAL depth[V], seen[V];
   STORE_VECTOR(f.z, 0, depth);
   STORE_VECTOR(visible, 0, seen);
-  for (int lane = 0; lane < lanes; ++lane) depth_keys[first + lane] = seen[lane] > 0 ? as_uint((float)depth[lane]) : CULLED_KEY;
+  for (int lane = 0; lane < lanes; ++lane)
+    depth_keys[first + lane] = seen[lane] > 0 ? as_uint((float)depth[lane]) : CULLED_KEY;
 }
 
 // Absent (null) outputs are skipped.
 kernel void project_backward(global const REAL* positions, global const REAL* rotations, global const REAL* log_scales,
-                             global const REAL* opacities, global const uint* slot_counts, global const uint* slot_offsets,
-                             global const REAL* slots, global REAL* d_positions, global REAL* d_rotations,
-                             global REAL* d_log_scales, global REAL* d_opacities, global REAL* d_colors, const View view,
-                             const long count) {
+                             global const REAL* opacities, global const uint* slot_counts,
+                             global const uint* slot_offsets, global const REAL* slots, global REAL* d_positions,
+                             global REAL* d_rotations, global REAL* d_log_scales, global REAL* d_opacities,
+                             global REAL* d_colors, const View view, const long count) {
   const long first = get_global_id(0) * (long)V;
   if (first >= count) return;
   const int lanes = LANES(first);
@@ -215,11 +220,13 @@ kernel void project_backward(global const REAL* positions, global const REAL* ro
     const Footprint f = footprint(view, positions, rotations, log_scales, first, count);
     const REALV m = LOAD_VECTOR(0, sums), mx = LOAD_VECTOR(1, sums), my = LOAD_VECTOR(2, sums);
     const REALV inverse_unit = 1 / f.unit;
-    const REALV mxx = LOAD_VECTOR(3, sums) * inverse_unit * inverse_unit, mxy = LOAD_VECTOR(4, sums) * inverse_unit * inverse_unit,
+    const REALV mxx = LOAD_VECTOR(3, sums) * inverse_unit * inverse_unit,
+                mxy = LOAD_VECTOR(4, sums) * inverse_unit * inverse_unit,
                 myy = LOAD_VECTOR(5, sums) * inverse_unit * inverse_unit;
     opacity = m / gather(opacities, first, 1, 0, count);
 
-    // ln(alpha) = -1/2 d^T C d with C the inverse covariance: its gradient is C (w d d^T) C / 2, and C w d to the centre.
+    // ln(alpha) = -1/2 d^T C d with C the inverse covariance: its gradient is C (w d d^T) C / 2, and C w d to the
+    // centre.
     const REALV cxx = f.blurred_yy / f.determinant, cxy = -f.xy / f.determinant, cyy = f.blurred_xx / f.determinant;
     const REALV hxx = cxx * mxx + cxy * mxy, hxy = cxx * mxy + cxy * myy;
     const REALV hyx = cxy * mxx + cyy * mxy, hyy = cxy * mxy + cyy * myy;
@@ -257,15 +264,19 @@ kernel void project_backward(global const REAL* positions, global const REAL* ro
     const REALV d_ratio_y = centre_y - (true_y == f.ratio_y ? along_y * d_j12 : (REALV)0);
     const REALV d_x = d_ratio_x * f.inverse_z, d_y = d_ratio_y * f.inverse_z;
     const REALV d_z = -(d_ratio_x * true_x + d_ratio_y * true_y + along_x * (d_j00 - f.ratio_x * d_j02) +
-                        along_y * (d_j11 - f.ratio_y * d_j12)) * f.inverse_z;
+                        along_y * (d_j11 - f.ratio_y * d_j12)) *
+                      f.inverse_z;
     for (int c = 0; c < 3; ++c) {
       position[c] = view.rotation[c] * d_x + view.rotation[3 + c] * d_y + view.rotation[6 + c] * d_z;
     }
 
     const REALV d_w = 2 * (f.i * (d_r[7] - d_r[5]) + f.j * (d_r[2] - d_r[6]) + f.k * (d_r[3] - d_r[1]));
-    const REALV d_i = 2 * (f.w * (d_r[7] - d_r[5]) + f.j * (d_r[1] + d_r[3]) + f.k * (d_r[2] + d_r[6]) - 2 * f.i * (d_r[4] + d_r[8]));
-    const REALV d_j = 2 * (f.w * (d_r[2] - d_r[6]) + f.i * (d_r[1] + d_r[3]) + f.k * (d_r[5] + d_r[7]) - 2 * f.j * (d_r[0] + d_r[8]));
-    const REALV d_k = 2 * (f.w * (d_r[3] - d_r[1]) + f.i * (d_r[2] + d_r[6]) + f.j * (d_r[5] + d_r[7]) - 2 * f.k * (d_r[0] + d_r[4]));
+    const REALV d_i =
+        2 * (f.w * (d_r[7] - d_r[5]) + f.j * (d_r[1] + d_r[3]) + f.k * (d_r[2] + d_r[6]) - 2 * f.i * (d_r[4] + d_r[8]));
+    const REALV d_j =
+        2 * (f.w * (d_r[2] - d_r[6]) + f.i * (d_r[1] + d_r[3]) + f.k * (d_r[5] + d_r[7]) - 2 * f.j * (d_r[0] + d_r[8]));
+    const REALV d_k =
+        2 * (f.w * (d_r[3] - d_r[1]) + f.i * (d_r[2] + d_r[6]) + f.j * (d_r[5] + d_r[7]) - 2 * f.k * (d_r[0] + d_r[4]));
     const REALV radial = f.w * d_w + f.i * d_i + f.j * d_j + f.k * d_k;
     rotation[0] = (d_w - f.w * radial) * f.inverse_norm;
     rotation[1] = (d_i - f.i * radial) * f.inverse_norm;

@@ -1,6 +1,6 @@
 // Stable least-significant-digit radix sort of uint keys, and the exclusive scan it rests on.
-// A pass: count_digits, scan of the (digit, chunk) table, move_by_digit. Stability makes (key, place in the input) a total
-// order, so results do not depend on scheduling.
+// A pass: count_digits, scan of the (digit, chunk) table, move_by_digit. Stability makes (key, place in the input) a
+// total order, so results do not depend on scheduling.
 // -D DIGIT_BITS: bits of a pass (1..11; an item holds 2^DIGIT_BITS counters).
 // Arrays: keys (n) uint, places (n) uint (null: the identity), digit_counts (2^DIGIT_BITS * chunks) uint.
 // Launch: one item per chunk of `chunk_size` consecutive keys, or per block of `block` values; local size free.
@@ -57,8 +57,8 @@ kernel void scan_block_sums(global ulong* block_sums, const uint blocks) {
 }
 
 // values and scanned may be the same array. Sums are cut to 32 bits: the host looks at the 64-bit total.
-kernel void scan_blocks(global const uint* values, global const ulong* block_sums, global uint* scanned, const uint block,
-                        const uint blocks, const uint count) {
+kernel void scan_blocks(global const uint* values, global const ulong* block_sums, global uint* scanned,
+                        const uint block, const uint blocks, const uint count) {
   const uint b = get_global_id(0);
   if (b >= blocks) return;
   const uint begin = b * block, end = min(begin + block, count);

@@ -1,12 +1,13 @@
-// Rasterisation of projected splats by cooperative work-groups: a work-group of TILE_WIDTH x TILE_HEIGHT items owns a tile,
-// an item a pixel; batches of splats pass through local memory.
-// Backward: the items of a tile leave what each pixel owes a batch of splats in local memory, then SUMMERS items a splat sum
-// it over the pixels in a fixed order and one item a number adds the partial sums. No atomics: deterministic.
+// Rasterisation of projected splats by cooperative work-groups: a work-group of TILE_WIDTH x TILE_HEIGHT items owns a
+// tile, an item a pixel; batches of splats pass through local memory.
+// Backward: the items of a tile leave what each pixel owes a batch of splats in local memory, then SUMMERS items a
+// splat sum it over the pixels in a fixed order and one item a number adds the partial sums. No atomics: deterministic.
 // -D TILE_WIDTH, TILE_HEIGHT: a multiple of BATCH pixels together; BATCH: splats a backward round;
 // SMOOTH_CUTOFF=0|1: alpha fades in between ALPHA_MIN and 2 ALPHA_MIN instead of stepping (for finite differences).
-// Arrays as in raster_wide.cl. Local memory at 16x16 pixels: 13 KB forward, 29 KB backward with BATCH 8 in float; 26 and
-// 41 KB with BATCH 4 in double.
-// Launch: global = tile grid times tile size, local = (TILE_WIDTH, TILE_HEIGHT); items outside the image keep step at barriers.
+// Arrays as in raster_wide.cl. Local memory at 16x16 pixels: 13 KB forward, 29 KB backward with BATCH 8 in float; 26
+// and 41 KB with BATCH 4 in double.
+// Launch: global = tile grid times tile size, local = (TILE_WIDTH, TILE_HEIGHT); items outside the image keep step at
+// barriers.
 #include "common/real.cl"
 #include "common/splat.cl"
 
@@ -33,9 +34,9 @@ inline REAL fade_slope(const REAL alpha) {
 #endif
 
 kernel void raster_forward(global const REAL* records, global const uint* tile_starts, global const uint* order,
-                           global const uint* slot_splats, global REAL* color, global REAL* alpha, global REAL* transmittance,
-                           global int* contributors, const REAL background_red, const REAL background_green,
-                           const REAL background_blue, const int width, const int height) {
+                           global const uint* slot_splats, global REAL* color, global REAL* alpha,
+                           global REAL* transmittance, global int* contributors, const REAL background_red,
+                           const REAL background_green, const REAL background_blue, const int width, const int height) {
   local REAL batch[PIXELS * FIELDS];
   local int open_pixels[PIXELS];
   local int any_open;
@@ -92,10 +93,10 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
 }
 
 kernel void raster_backward(global const REAL* records, global const uint* tile_starts, global const uint* order,
-                            global const uint* slot_splats, global const REAL* transmittance, global const int* contributors,
-                            global const REAL* d_color, global const REAL* d_alpha, global REAL* slots,
-                            const REAL background_red, const REAL background_green, const REAL background_blue, const int width,
-                            const int height) {
+                            global const uint* slot_splats, global const REAL* transmittance,
+                            global const int* contributors, global const REAL* d_color, global const REAL* d_alpha,
+                            global REAL* slots, const REAL background_red, const REAL background_green,
+                            const REAL background_blue, const int width, const int height) {
   local REAL batch[BATCH * FIELDS];
   local REAL d_exponents[BATCH * PIXELS], weights[BATCH * PIXELS];
   local REAL d_reds[PIXELS], d_greens[PIXELS], d_blues[PIXELS];
@@ -144,8 +145,8 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
         const REAL by_exponent = plain < ALPHA_MAX ? a : 0;
 #endif
         left_over /= 1 - a;
-        const REAL worth =
-            d_red * record[RECORD_COLOR] + d_green * record[RECORD_COLOR + 1] + d_blue * record[RECORD_COLOR + 2] + d_opaque;
+        const REAL worth = d_red * record[RECORD_COLOR] + d_green * record[RECORD_COLOR + 1] +
+                           d_blue * record[RECORD_COLOR + 2] + d_opaque;
         const REAL gain = worth - behind;
         behind += a * gain;
         weight = a * left_over;

@@ -1,12 +1,12 @@
-// Rasterisation of projected splats for wide vectors: one item composites a tile, REALV is a row of 16 pixels, no barrier.
-// A splat visits only the rows of the tile between its lowest and highest point, and rows whose pixels are all opaque are
-// left out. Backward walks the same lists from the last contributor to the front and stores the sums of a splat over the
-// tile into the slot of that intersection.
-// -D V=16; TILE_HEIGHT: rows of a tile, 1..16; SMOOTH_CUTOFF=0|1: alpha fades in between ALPHA_MIN and 2 ALPHA_MIN instead
-// of stepping (for finite differences).
-// Arrays: records (N,RECORD_SIZE), tile_starts (tiles+1), order (M): slots sorted by tile, slot_splats (M), color (H,W,3),
-// alpha (H,W), transmittance (H,W): what is left behind the last contributor, contributors (H,W): place in `order` of the
-// pixel's last contributor, plus one, slots (M,SLOT_SIZE).
+// Rasterisation of projected splats for wide vectors: one item composites a tile, REALV is a row of 16 pixels, no
+// barrier. A splat visits only the rows of the tile between its lowest and highest point, and rows whose pixels are all
+// opaque are left out. Backward walks the same lists from the last contributor to the front and stores the sums of a
+// splat over the tile into the slot of that intersection.
+// -D V=16; TILE_HEIGHT: rows of a tile, 1..16; SMOOTH_CUTOFF=0|1: alpha fades in between ALPHA_MIN and 2 ALPHA_MIN
+// instead of stepping (for finite differences).
+// Arrays: records (N,RECORD_SIZE), tile_starts (tiles+1), order (M): slots sorted by tile, slot_splats (M), color
+// (H,W,3), alpha (H,W), transmittance (H,W): what is left behind the last contributor, contributors (H,W): place in
+// `order` of the pixel's last contributor, plus one, slots (M,SLOT_SIZE).
 // Launch: one item per tile, local size 1. Deterministic: every element has one writer.
 #include "common/real.cl"
 #include "common/splat.cl"
@@ -89,9 +89,9 @@ inline REALV fade_slope(const REALV alpha) {
 #endif
 
 kernel void raster_forward(global const REAL* records, global const uint* tile_starts, global const uint* order,
-                           global const uint* slot_splats, global REAL* color, global REAL* alpha, global REAL* transmittance,
-                           global int* contributors, const REAL background_red, const REAL background_green,
-                           const REAL background_blue, const int width, const int height) {
+                           global const uint* slot_splats, global REAL* color, global REAL* alpha,
+                           global REAL* transmittance, global int* contributors, const REAL background_red,
+                           const REAL background_green, const REAL background_blue, const int width, const int height) {
   const int tile_index = get_global_id(0);
   const Tile tile = tile_at(tile_index, width, height);
   const REALV x = CENTERS;
@@ -113,7 +113,8 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
     STORE_VECTOR(next, 0, record);
     if (i + 1 < end) next = record_in_place(records, slot_splats, order[i + 1]);
     const TileSplat splat = tile_splat(record, tile);
-    const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1], splat_blue = record[RECORD_COLOR + 2];
+    const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1],
+               splat_blue = record[RECORD_COLOR + 2];
     RowGaussians rows;
     row_gaussians(splat, x, &rows);
     const REALV scaled_x = x * splat.sharpness_x;
@@ -165,18 +166,20 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
   }
 }
 
-// Adds neighbours: the lanes of a in the lower half, of b in the upper. Four rounds over 16 vectors leave the sum of each.
+// Adds neighbours: the lanes of a in the lower half, of b in the upper. Four rounds over 16 vectors leave the sum of
+// each.
 inline REALV fold(const REALV a, const REALV b) { return (REALV)(a.even, b.even) + (REALV)(a.odd, b.odd); }
 
 kernel void raster_backward(global const REAL* records, global const uint* tile_starts, global const uint* order,
-                            global const uint* slot_splats, global const REAL* transmittance, global const int* contributors,
-                            global const REAL* d_color, global const REAL* d_alpha, global REAL* slots,
-                            const REAL background_red, const REAL background_green, const REAL background_blue, const int width,
-                            const int height) {
+                            global const uint* slot_splats, global const REAL* transmittance,
+                            global const int* contributors, global const REAL* d_color, global const REAL* d_alpha,
+                            global REAL* slots, const REAL background_red, const REAL background_green,
+                            const REAL background_blue, const int width, const int height) {
   const int tile_index = get_global_id(0);
   const Tile tile = tile_at(tile_index, width, height);
   const REALV x = CENTERS;
-  // behind: what the splats behind and the background are worth, as the loss weighs colours (d_color . colour + d_alpha).
+  // behind: what the splats behind and the background are worth, as the loss weighs colours (d_color . colour +
+  // d_alpha).
   REALV left_over[TILE_HEIGHT], behind[TILE_HEIGHT], d_red[TILE_HEIGHT], d_green[TILE_HEIGHT], d_blue[TILE_HEIGHT],
       d_opaque[TILE_HEIGHT];
   MASKV last[TILE_HEIGHT];
@@ -222,7 +225,8 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
     STORE_VECTOR(next, 0, record);
     if (i > begin) next = record_in_place(records, slot_splats, order[i - 1]);
     const TileSplat splat = tile_splat(record, tile);
-    const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1], splat_blue = record[RECORD_COLOR + 2];
+    const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1],
+               splat_blue = record[RECORD_COLOR + 2];
     REALV w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0, wyy = 0, sum_red = 0, sum_green = 0, sum_blue = 0;
     RowGaussians rows;
     row_gaussians(splat, x, &rows);
@@ -244,7 +248,8 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
 #endif
       const REALV t = left_over[row] / (1 - a);
       left_over[row] = t;
-      const REALV worth = d_red[row] * splat_red + d_green[row] * splat_green + d_blue[row] * splat_blue + d_opaque[row];
+      const REALV worth =
+          d_red[row] * splat_red + d_green[row] * splat_green + d_blue[row] * splat_blue + d_opaque[row];
       const REALV gain = worth - behind[row];
       behind[row] += a * gain;
       const REALV weight = a * t;

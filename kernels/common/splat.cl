@@ -1,8 +1,8 @@
-// What the kernels of Gaussian splatting share: the constants of blending, the record of a projected splat, exponentials.
-// Needs common/real.cl before it.
+// What the kernels of Gaussian splatting share: the constants of blending, the record of a projected splat,
+// exponentials. Needs common/real.cl before it.
 
-// A splat's alpha in a pixel is cut off below ALPHA_MIN and clamped to ALPHA_MAX; a pixel takes no further splats once its
-// transmittance is below TRANSMITTANCE_MIN. Forward and backward read the same three constants.
+// A splat's alpha in a pixel is cut off below ALPHA_MIN and clamped to ALPHA_MAX; a pixel takes no further splats once
+// its transmittance is below TRANSMITTANCE_MIN. Forward and backward read the same three constants.
 #define ALPHA_MIN ((REAL)(1.0 / 255.0))
 #define ALPHA_MAX ((REAL)0.99)
 #define TRANSMITTANCE_MIN ((REAL)1e-4)
