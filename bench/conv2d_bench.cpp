@@ -79,7 +79,7 @@ Tensor numbers(Device& device, Shape shape) {
   return Tensor::from(device, std::move(shape), std::span<const float>(values));
 }
 
-Timing measure_ours(Device& device, const Layer& layer, Direction direction) {
+Timing measure_ours(Device& device, const Layer& layer, Direction direction, const MeasureOptions& options) {
   const Conv2dGeometry g = layer.geometry();
   const Tensor input = numbers(device, {1, g.height, g.width, g.channels});
   const Tensor weight = numbers(device, {g.groups, g.kernel_size, g.kernel_size, g.depth(), g.output_depth()});
@@ -97,7 +97,7 @@ Timing measure_ours(Device& device, const Layer& layer, Direction direction) {
             return conv2d_backward_weight(g, input, output, weight);
         }
       },
-      [&] { device.finish(); });
+      [&] { device.finish(); }, options);
 }
 
 }  // namespace
@@ -107,7 +107,8 @@ int main(int count, char** values) {
   DeviceOptions options;
   options.selector = arguments.device;
   Device device(options);
-  Report report("conv2d on " + device.description().name, measure_fma_peak(device));
+  const MeasureOptions measure_options{.clock = arguments.clock};
+  Report report("conv2d on " + device.description().name, measure_fma_peak(device, arguments.clock));
   for (const Layer& layer : layers) {
     for (const Direction direction : {Direction::Forward, Direction::BackwardInput, Direction::BackwardWeight}) {
       if (direction == Direction::BackwardWeight && !layer.trained) continue;
@@ -116,12 +117,12 @@ int main(int count, char** values) {
       if (row.name.find(arguments.filter) == std::string::npos) continue;
       const Conv2dGeometry g = layer.geometry();
       row.gflop = 2e-9 * static_cast<double>(g.output_pixels()) * g.taps() * g.depth() * g.output_channels;
-      row.time = measure_ours(device, layer, direction);
+      row.time = measure_ours(device, layer, direction, measure_options);
 #ifdef DEGAS_HAVE_ONEDNN
       if (device.description().is_cpu) {
         OneDnnConv2d peer(g, direction);
         row.peer = "oneDNN";
-        row.peer_time = measure([&] { peer.run(); }, [&] { peer.wait(); });
+        row.peer_time = measure([&] { peer.run(); }, [&] { peer.wait(); }, measure_options);
       }
 #endif
       report.add(row);

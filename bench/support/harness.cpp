@@ -6,37 +6,50 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "host/autograd/tensor.h"
 
 namespace degas::bench {
 namespace {
 
-double milliseconds_of(const std::function<void()>& work, const std::function<void()>& wait, int runs) {
+double now(Clock clock) {
+  if (clock == Clock::Cpu)
+    return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC / std::thread::hardware_concurrency();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double milliseconds_of(const std::function<void()>& work, const std::function<void()>& wait, int runs, Clock clock) {
   wait();
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = now(clock);
   for (int run = 0; run < runs; ++run) work();
   wait();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count() / runs;
+  return (now(clock) - begin) / runs;
+}
+
+double load_average() {
+  double load = 0;
+  return getloadavg(&load, 1) == 1 ? load : 0;
 }
 
 double gflops(const Row& row) {
   return row.gflop / row.time.median * 1e3;
 }
 double ratio(const Row& row) {
-  return row.peer_time->median / row.time.median;
+  return row.peer_time->best / row.time.best;
 }
 
 }  // namespace
 
 Timing measure(const std::function<void()>& work, const std::function<void()>& wait, const MeasureOptions& options) {
-  milliseconds_of(work, wait, 1);  // builds programs
-  const double estimate = milliseconds_of(work, wait, 1);
+  milliseconds_of(work, wait, 1, options.clock);  // builds programs
+  const double estimate = milliseconds_of(work, wait, 1, options.clock);
   const int runs = std::clamp(static_cast<int>(options.batch_milliseconds / std::max(estimate, 1e-3)), 1, 1000);
   std::vector<double> times;
-  for (int i = 0; i < options.repetitions; ++i) times.push_back(milliseconds_of(work, wait, runs));
+  for (int i = 0; i < options.repetitions; ++i) times.push_back(milliseconds_of(work, wait, runs, options.clock));
   std::sort(times.begin(), times.end());
   const auto quantile = [&](double q) {
     return times[static_cast<size_t>(std::lround(q * static_cast<double>(times.size() - 1)))];
@@ -44,14 +57,14 @@ Timing measure(const std::function<void()>& work, const std::function<void()>& w
   return {times.front(), quantile(0.5), (quantile(0.75) - quantile(0.25)) / quantile(0.5)};
 }
 
-double measure_fma_peak(Device& device) {
+double measure_fma_peak(Device& device, Clock clock) {
   constexpr int chains = 12, rounds = 100000;
   const size_t items = static_cast<size_t>(device.description().compute_units) * (device.is_wide() ? 4 : 2048);
   const Tensor output(device, {static_cast<int64_t>(items) * device.vector_width()});
   const Kernel kernel = device.kernel("fma_peak", "fma_peak", {{"CHAINS", chains}});
   const Timing time =
       measure([&] { kernel.launch({items}, {device.is_wide() ? size_t{1} : size_t{256}}, output, 0.999, rounds); },
-              [&] { device.finish(); });
+              [&] { device.finish(); }, {.repetitions = 7, .batch_milliseconds = 10, .clock = clock});
   return 2e-6 * chains * rounds * static_cast<double>(items) * device.vector_width() / time.best;
 }
 
@@ -59,12 +72,18 @@ Arguments parse_arguments(int count, char** values) {
   Arguments arguments;
   for (int i = 1; i < count; ++i) {
     const std::string key = values[i];
+    if (key == "--clock" && i + 1 < count &&
+        (values[i + 1] == std::string("cpu") || values[i + 1] == std::string("wall"))) {
+      arguments.clock = values[++i] == std::string("cpu") ? Clock::Cpu : Clock::Wall;
+      continue;
+    }
     std::string* target = key == "--json"     ? &arguments.json
                           : key == "--device" ? &arguments.device
                           : key == "--filter" ? &arguments.filter
                                               : nullptr;
     if (!target || i + 1 == count) {
-      fmt::print("usage: {} [--json FILE] [--device INDEX|NAME] [--filter PART_OF_A_NAME]\n", values[0]);
+      fmt::print("usage: {} [--json FILE] [--device INDEX|NAME] [--filter PART_OF_A_NAME] [--clock wall|cpu]\n",
+                 values[0]);
       std::exit(key == "--help" ? 0 : 2);
     }
     *target = values[++i];
@@ -72,7 +91,11 @@ Arguments parse_arguments(int count, char** values) {
   return arguments;
 }
 
-Report::Report(std::string title, double peak_gflops) : peak_gflops_(peak_gflops) {
+Report::Report(std::string title, double peak_gflops)
+    : peak_gflops_(peak_gflops),
+      load_average_(load_average()),
+      busy_(load_average_ > 0.75 * std::thread::hardware_concurrency()) {
+  if (busy_) fmt::print("THE MACHINE IS BUSY (load {:.1f}): these figures are not to be quoted\n", load_average_);
   fmt::print("{}\n", title);
   if (peak_gflops > 0) fmt::print("multiply-add peak, measured: {:.0f} GFLOP/s\n", peak_gflops);
   fmt::print("{:<52} {:>9} {:>7} {:>8} {:>6} {:>9} {:>6}\n", "name", "ms", "spread", "GFLOP/s", "peak", "peer ms",
@@ -102,6 +125,7 @@ void Report::finish(const std::string& json_file) const {
     if (row.peer_time) {
       entry["peer"] = row.peer;
       entry["peer_ms"] = row.peer_time->median;
+      entry["peer_best_ms"] = row.peer_time->best;
       entry["ratio"] = ratio(row);
       log_ratio += std::log(ratio(row));
       ++peers;
@@ -119,6 +143,8 @@ void Report::finish(const std::string& json_file) const {
   }
   fmt::print("\n");
   if (peak_gflops_ > 0) document["peak_gflops"] = peak_gflops_;
+  document["load_average"] = load_average_;
+  document["busy"] = busy_;
   if (!json_file.empty()) std::ofstream(json_file) << document.dump(2) << '\n';
 }
 

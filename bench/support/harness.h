@@ -15,9 +15,14 @@ struct Timing {
   double spread = 0;  ///< (third quartile - first) / median
 };
 
+/// Wall: what a user waits. Cpu: the process's processor time divided by the cores, for a machine that others use too;
+/// a peer whose threads spin while they wait is charged for it.
+enum class Clock { Wall, Cpu };
+
 struct MeasureOptions {
   int repetitions = 7;
   double batch_milliseconds = 10;  ///< short work is repeated within a measurement until it takes about this long
+  Clock clock = Clock::Wall;
 };
 
 /// Times `work` after two warm-up runs; `wait` is called before each reading of the clock (device.finish()).
@@ -25,11 +30,13 @@ Timing measure(const std::function<void()>& work, const std::function<void()>& w
                const MeasureOptions& options = {});
 
 /// Fused multiply-adds on registers: the device's rate in GFLOP/s, the roof that shares are told against.
-double measure_fma_peak(Device& device);
+double measure_fma_peak(Device& device, Clock clock = Clock::Wall);
 
-/// Command line of every benchmark: [--json FILE] [--device SELECTOR] [--filter TEXT]; prints help and exits on others.
+/// Command line of every benchmark: [--json FILE] [--device SELECTOR] [--filter TEXT] [--clock wall|cpu]; prints help
+/// and exits on others.
 struct Arguments {
   std::string json, device, filter;
+  Clock clock = Clock::Wall;
 };
 Arguments parse_arguments(int count, char** values);
 
@@ -42,9 +49,11 @@ struct Row {
   std::string peer;
 };
 
-/// Prints a table as rows come in; finish() prints the totals and writes the JSON file
-/// {"results": [{"name", "ms", "spread", "gflops", "share_of_peak", "peer", "peer_ms", "ratio"}], "geomean_ratio",
-/// "peak_gflops"} where ratio = peer_ms / ms: above 1 we are faster.
+/// Prints a table as rows come in; finish() prints the totals and writes the JSON file {"results": [{"name", "ms",
+/// "best_ms", "spread", "gflops", "share_of_peak", "peer", "peer_ms", "peer_best_ms", "ratio"}], "geomean_ratio",
+/// "peak_gflops", "load_average", "busy"}. ratio = peer_best_ms / best_ms, above 1 we are faster; of the best times,
+/// since company on the machine only ever adds to them. busy: others had the machine at the start, so that no figure is
+/// to be quoted; it is printed too.
 class Report {
  public:
   /// peak_gflops 0: no shares.
@@ -54,6 +63,8 @@ class Report {
 
  private:
   double peak_gflops_;
+  double load_average_;
+  bool busy_;
   std::vector<Row> rows_;
 };
 
