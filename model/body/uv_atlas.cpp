@@ -99,14 +99,14 @@ std::vector<float> UvAtlas::posed_vertex_map(const std::vector<Eigen::Vector3d>&
 
 std::vector<float> joint_masks(const BodyModel& body, int resolution) {
   const UvAtlas atlas(body, resolution);
-  const size_t channels = 3 * static_cast<size_t>(body.joint_count() - 1);
-  std::vector<float> masks(static_cast<size_t>(resolution) * resolution * channels, 0.f);
+  const size_t joints = static_cast<size_t>(body.joint_count()) - 1;
+  std::vector<float> masks(static_cast<size_t>(resolution) * resolution * joints, 0.f);
   for (const int index : atlas.covered()) {
     const Texel& texel = atlas.texels()[index];
     for (int k = 0; k < 3; ++k) {
       if (!(texel.barycentric[k] > 0)) continue;
       for (const JointWeight& share : body.skinning_weights(body.faces()[texel.triangle][k])) {
-        if (share.joint > 0) std::fill_n(masks.begin() + index * channels + 3 * (share.joint - 1), 3, 1.f);
+        if (share.joint > 0) masks[index * joints + share.joint - 1] = 1.f;
       }
     }
   }

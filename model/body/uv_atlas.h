@@ -41,8 +41,8 @@ class UvAtlas {
   std::vector<std::array<int, 3>> faces_;
 };
 
-/// Which texels each pose channel may reach (method.md, "Joint masks"): (resolution, resolution, 3 (J - 1)), 1 where
-/// the interpolated weight of joint c div 3 + 1 of channel c is above zero, else 0.
+/// Which texels each joint moves (method.md, "Joint masks"): (resolution, resolution, J - 1), 1 where the interpolated
+/// weight of joint 1 + j is above zero, else 0.
 std::vector<float> joint_masks(const BodyModel& body, int resolution);
 
 }  // namespace degas
