@@ -11,6 +11,11 @@ int main(int count, char** arguments) {
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   degas::add_devices_command(app);
+  degas::add_synth_command(app);
+  degas::add_train_command(app);
+  degas::add_eval_command(app);
+  degas::add_render_command(app);
+  degas::add_export_command(app);
   degas::add_report_command(app);
   try {
     app.parse(count, arguments);

@@ -86,17 +86,14 @@ std::vector<Vector3d> pose_body(const MannequinBody& body, const MannequinPose& 
 
 DressedMannequin::DressedMannequin(const MannequinBody& body)
     : skeleton_(body.skeleton), texture_(paint_mannequin(body, 1024)), coarse_triangles_(body.mesh.triangles) {
-  inherit(body, dress(body.mesh));
-}
-
-std::vector<std::pair<int, int>> DressedMannequin::dress(const MannequinMesh& mesh) {
+  const MannequinMesh& mesh = body.mesh;
   const size_t coarse_count = mesh.vertices.size();
   const auto normals = vertex_normals(mesh.vertices, mesh.triangles);
-  // A vertex wears what the first chart that uses it wears: torso before head and limbs, head before lids and mouth.
   std::vector<MannequinChart> coarse_charts(coarse_count, MannequinChart::Torso);
   for (size_t t = mesh.triangles.size(); t-- > 0;) {
     for (int k = 0; k < 3; ++k) coarse_charts[mesh.triangles[t][k]] = mesh.triangle_charts[t];
   }
+  // The lips' and lids' rims belong to the head, whatever else shares them: triangles come head first.
   std::vector<Vector3d> dressed(coarse_count);
   for (size_t v = 0; v < coarse_count; ++v) {
     dressed[v] = mesh.vertices[v] + thickness(coarse_charts[v], mesh.vertices[v]) * normals[v];
@@ -137,11 +134,7 @@ std::vector<std::pair<int, int>> DressedMannequin::dress(const MannequinMesh& me
     triangles_.emplace_back(m[0], m[1], m[2]);
     texture_coordinates_.push_back(half);
   }
-  return parents;
-}
 
-void DressedMannequin::inherit(const MannequinBody& body, const std::vector<std::pair<int, int>>& parents) {
-  const size_t coarse_count = body.mesh.vertices.size();
   const Eigen::Index count = static_cast<Eigen::Index>(rest_.size());
   expressions_.resize(3 * count, mannequin_expression_count);
   expressions_.topRows(body.expressions.rows()) = body.expressions;

@@ -41,11 +41,6 @@ class DressedMannequin {
     float weight;
   };
 
-  /// Puts the clothes on and subdivides once; returns the two body vertices between which each further vertex lies.
-  std::vector<std::pair<int, int>> dress(const MannequinMesh& mesh);
-  /// Weights and expressions of the vertices, those of the further ones from their two neighbours.
-  void inherit(const MannequinBody& body, const std::vector<std::pair<int, int>>& parents);
-
   MannequinSkeleton skeleton_;
   MannequinTexture texture_;
   std::vector<Eigen::Vector3f> rest_;

@@ -190,29 +190,6 @@ Paint paint(MannequinChart chart, const Vector3d& p, double column, double row) 
   return {skin, 0.03};
 }
 
-/// Grows the charts into the gutters: bilinear look-ups at their borders see only painted texels.
-void grow_charts(MannequinTexture& texture, std::vector<uint8_t>& covered) {
-  const int size = texture.size;
-  for (int round = 0; round < 4; ++round) {
-    const std::vector<uint8_t> before = covered;
-    for (int y = 0; y < size; ++y) {
-      for (int x = 0; x < size; ++x) {
-        const size_t index = static_cast<size_t>(y) * size + x;
-        if (before[index]) continue;
-        for (const auto& [dx, dy] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
-          const int nx = x + dx, ny = y + dy;
-          if (nx < 0 || ny < 0 || nx >= size || ny >= size) continue;
-          const size_t neighbor = static_cast<size_t>(ny) * size + nx;
-          if (!before[neighbor]) continue;
-          texture.texels[index] = texture.texels[neighbor];
-          covered[index] = 1;
-          break;
-        }
-      }
-    }
-  }
-}
-
 }  // namespace
 
 MannequinTexture paint_mannequin(const MannequinBody& body, int size) {
@@ -260,7 +237,25 @@ MannequinTexture paint_mannequin(const MannequinBody& body, int size) {
       }
     }
   }
-  grow_charts(texture, covered);
+  // Grow the charts into the gutters: bilinear look-ups at their borders see only painted texels.
+  for (int round = 0; round < 4; ++round) {
+    const std::vector<uint8_t> before = covered;
+    for (int y = 0; y < size; ++y) {
+      for (int x = 0; x < size; ++x) {
+        const size_t index = static_cast<size_t>(y) * size + x;
+        if (before[index]) continue;
+        for (const auto& [dx, dy] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
+          const int nx = x + dx, ny = y + dy;
+          if (nx < 0 || ny < 0 || nx >= size || ny >= size) continue;
+          const size_t neighbor = static_cast<size_t>(ny) * size + nx;
+          if (!before[neighbor]) continue;
+          texture.texels[index] = texture.texels[neighbor];
+          covered[index] = 1;
+          break;
+        }
+      }
+    }
+  }
   return texture;
 }
 

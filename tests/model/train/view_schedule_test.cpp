@@ -16,7 +16,7 @@ TEST_CASE("an epoch visits every frame once, in changing order, and all views eq
   for (int epoch = 0; epoch < epochs; ++epoch) {
     std::vector<int> order;
     for (int64_t i = 0; i < schedule.steps_per_epoch(); ++i) {
-      const StepPlan plan = schedule.plan(epoch * schedule.steps_per_epoch() + i);
+      const LoadRequest plan = schedule.plan(epoch * schedule.steps_per_epoch() + i);
       order.push_back(plan.frame);
       CHECK(plan.cameras.size() == 2);
       for (int camera : plan.cameras) ++seen[{plan.frame, camera}];
@@ -31,7 +31,7 @@ TEST_CASE("an epoch visits every frame once, in changing order, and all views eq
 }
 
 TEST_CASE("a plan depends on seed and step alone") {
-  const std::vector<StepPlan> views = {{0, {0, 1, 2}}, {1, {0, 1, 2}}, {2, {0, 1, 2}}};
+  const std::vector<LoadRequest> views = {{0, {0, 1, 2}}, {1, {0, 1, 2}}, {2, {0, 1, 2}}};
   const ViewSchedule a(views, 2, 1), same(views, 2, 1), other(views, 2, 2);
   int differing = 0;
   for (int64_t step : {100, 3, 50, 0, 7, 8, 9, 10}) {

@@ -1,0 +1,76 @@
+#include <memory>
+
+#include "host/error.h"
+#include "model/cli/commands.h"
+#include "model/cli/progress.h"
+#include "model/cli/shared_options.h"
+#include "model/train/evaluator.h"
+#include "model/train/stop_signal.h"
+#include "model/train/training_views.h"
+
+namespace degas {
+namespace {
+
+struct EvalOptions {
+  std::filesystem::path run, data, output, cache;
+  std::string cameras, frames;
+  DeviceChoice device;
+};
+
+void evaluate_run(const EvalOptions& options) {
+  Device device(options.device.options());
+  TrainedAvatar avatar(device, RunFolder(options.run));
+  const std::unique_ptr<Capture> capture = open_capture(options.data, capture_options(avatar.config(), options.cache));
+  EvaluationOptions evaluation;
+  const std::vector<std::string>& held_out = avatar.config().data.hold_out;
+  std::vector<std::string> names = split_names(options.cameras);
+  if (names.empty()) names = held_out.empty() ? capture->camera_names() : held_out;
+  evaluation.cameras = camera_indices(*capture, names, "--cameras");
+  evaluation.frames = parse_frames(options.frames, capture->frame_count(), "--frames");
+  evaluation.output = options.output;
+  evaluation.stop_requested = StopSignal::requested;
+
+  const StopSignal stop;
+  Progress progress;
+  const EvaluationSummary summary = evaluate(device, avatar, *capture, evaluation, [&](int done, int total) {
+    progress.show(static_cast<double>(done) / total, fmt::format("picture {} of {}", done, total));
+  });
+  progress.finish();
+  if (summary.refined_pictures > 0) {
+    fmt::print("{} of {} pictures are of frames whose pose training refined: drawn with the refined pose\n",
+               summary.refined_pictures, summary.pictures);
+  }
+  if (summary.without_picture > 0)
+    fmt::print("{} frames and cameras have no picture: left out\n", summary.without_picture);
+  if (summary.without_face > 0)
+    fmt::print("{} pictures do not show the head: not in the face figures\n", summary.without_face);
+  for (const char* key :
+       {"psnr", "ssim", "lpips", "face_psnr", "face_ssim", "face_lpips", "decode_ms", "render_ms", "fps"}) {
+    const nlohmann::json& value = summary.metrics.at(key);
+    fmt::print("{:<12} {}\n", key, value.is_null() ? std::string("-") : fmt::format("{:.4f}", value.get<double>()));
+  }
+  fmt::print("wrote {}\n", (options.output / "metrics.json").string());
+}
+
+}  // namespace
+
+void add_eval_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "eval",
+      "Measure a trained avatar against a capture's pictures: PSNR, SSIM, LPIPS on the full image, the person's box "
+      "and the\n"
+      "face box, over white. Writes metrics.json, per_frame.csv, truth/, render/ and sheets/ with the error");
+  auto options = std::make_shared<EvalOptions>();
+  command->add_option("--run", options->run, "Run folder of `degas train`")->required();
+  command->add_option("--data", options->data, "Capture to measure on: the trained one, or a novel sequence")
+      ->required();
+  command->add_option("--cameras", options->cameras,
+                      "Cameras by name, comma-separated (default: the held-out ones, else all)");
+  command->add_option("--frames", options->frames, "Frames, e.g. 0,4,8:20:2 (default: all)");
+  command->add_option("--out", options->output, "Folder to write")->required();
+  command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
+  add_device_option(*command, options->device);
+  command->callback([options] { evaluate_run(*options); });
+}
+
+}  // namespace degas

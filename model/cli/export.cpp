@@ -1,0 +1,46 @@
+#include <memory>
+
+#include "host/error.h"
+#include "model/cli/commands.h"
+#include "model/cli/shared_options.h"
+#include "model/train/exporter.h"
+
+namespace degas {
+namespace {
+
+struct ExportOptions {
+  std::filesystem::path run, data, output, cache;
+  int frame = 0;
+  DeviceChoice device;
+};
+
+}  // namespace
+
+void add_export_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "export",
+      "Write one posed frame as a .ply that 3DGS viewers read, and beside it the Gaussian maps in UV space as a\n"
+      "multi-channel OpenEXR (same name, .exr)");
+  auto options = std::make_shared<ExportOptions>();
+  command->add_option("--run", options->run, "Run folder of `degas train`")->required();
+  command->add_option("--data", options->data, "Capture that supplies the driving signals")->required();
+  command->add_option("--frame", options->frame, "Frame of the capture")->required();
+  command->add_option("--out", options->output, "File to write, e.g. avatar.ply")->required();
+  command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
+  add_device_option(*command, options->device);
+  command->callback([options] {
+    Device device(options->device.options());
+    TrainedAvatar avatar(device, RunFolder(options->run));
+    const std::unique_ptr<Capture> capture =
+        open_capture(options->data, capture_options(avatar.config(), options->cache));
+    if (options->frame < 0 || options->frame >= capture->frame_count()) {
+      throw Error::format("--frame {}: the capture has frames 0 .. {}", options->frame, capture->frame_count() - 1);
+    }
+    export_frame(device, avatar, *capture, options->frame, options->output);
+    std::filesystem::path maps = options->output;
+    maps.replace_extension(".exr");
+    fmt::print("wrote {} and {}\n", options->output.string(), maps.string());
+  });
+}
+
+}  // namespace degas

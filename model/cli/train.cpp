@@ -1,0 +1,99 @@
+#include <cstdio>
+#include <memory>
+
+#include "host/error.h"
+#include "model/cli/commands.h"
+#include "model/cli/progress.h"
+#include "model/cli/shared_options.h"
+#include "model/train/stop_signal.h"
+#include "model/train/trainer.h"
+
+namespace degas {
+namespace {
+
+struct TrainOptions {
+  std::filesystem::path data, body, config, output, cache;
+  std::string hold_out;
+  std::vector<std::string> overrides;
+  std::optional<int64_t> iterations;
+  std::optional<double> minutes;
+  std::optional<uint64_t> seed;
+  bool resume = false;
+  DeviceChoice device;
+};
+
+/// The file's config with what the command line says on top of it.
+Config config_of(const TrainOptions& options) {
+  Config config = load_config(options.config);
+  for (const std::string& assignment : options.overrides) apply_override(config, assignment);
+  if (!options.hold_out.empty()) apply_override(config, "data.hold_out=" + options.hold_out);
+  if (options.iterations) config.train.iterations = *options.iterations;
+  if (options.seed) config.train.seed = *options.seed;
+  validate(config, options.config.string());
+  return config;
+}
+
+std::string progress_text(const TrainingReport& report) {
+  std::string text = fmt::format("step {}  loss {:.4f}  {:.2f} steps/s", report.step,
+                                 report.losses.count("loss") ? report.losses.at("loss") : 0.0, report.steps_per_second);
+  if (report.validation_psnr) text += fmt::format("  validation {:.2f} dB", *report.validation_psnr);
+  if (report.skipped > 0) text += fmt::format("  {} steps skipped", report.skipped);
+  return text;
+}
+
+void train(const TrainOptions& options) {
+  const Config config = config_of(options);
+  const RunFolder run(options.output);
+  const bool continues = options.resume && run.has_checkpoint();
+  const std::unique_ptr<Capture> capture = open_capture(options.data, capture_options(config, options.cache));
+  if (!continues) run.create(config, options.body);
+
+  Device device(options.device.options());
+  Trainer trainer(device, config, *capture, run);
+  if (continues) trainer.resume();
+  fmt::print("{}: {} Gaussians, {} parameters, {} frames x {} cameras, on {}\n", continues ? "continuing" : "training",
+             trainer.avatar().gaussian_count(), trainer.avatar().network().parameters().count(), capture->frame_count(),
+             capture->camera_names().size(), device.description().name);
+
+  const StopSignal stop;
+  Progress progress;
+  std::optional<double> validation;
+  const TrainingEnd end =
+      trainer.run({config.train.iterations, options.minutes, StopSignal::requested}, [&](TrainingReport report) {
+        if (report.validation_psnr) validation = report.validation_psnr;
+        report.validation_psnr = validation;
+        progress.show(report.fraction, progress_text(report));
+      });
+  progress.finish();
+  const char* how = end == TrainingEnd::Finished    ? "finished"
+                    : end == TrainingEnd::OutOfTime ? "time is up"
+                                                    : "interrupted";
+  fmt::print("{} at step {}; saved {} (go on with --resume)\n", how, trainer.step(), run.checkpoint_file().string());
+}
+
+}  // namespace
+
+void add_train_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "train",
+      "Train an avatar on a capture. Writes RUN/config.json, RUN/history.jsonl and RUN/checkpoint.bin; Ctrl-C saves "
+      "and\n"
+      "stops, --resume goes on with the bits of an uninterrupted run (when the budget is in iterations)");
+  auto options = std::make_shared<TrainOptions>();
+  command->add_option("--data", options->data, "Capture folder (DREAMS layout, e.g. PxCy)")->required();
+  command->add_option("--body", options->body, "Body model, SMPL-X npz layout")->required();
+  command->add_option("--config", options->config, "JSON config, e.g. configs/quick.json")->required();
+  command->add_option("--out", options->output, "Run folder")->required();
+  command->add_option("--hold-out", options->hold_out, "Cameras training never sees, comma-separated, e.g. cam02");
+  command->add_option("--iterations", options->iterations, "Optimiser steps in all (train.iterations)");
+  command->add_option("--minutes", options->minutes,
+                      "Stop after so many minutes; the learning rate follows the clock then");
+  command->add_option("--seed", options->seed, "Same seed, same device: same bits (train.seed)");
+  command->add_option("--set", options->overrides, "Override a config key, e.g. --set net.width=0.5; may be repeated");
+  command->add_flag("--resume", options->resume, "Continue RUN's checkpoint; starts anew where there is none");
+  command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
+  add_device_option(*command, options->device);
+  command->callback([options] { train(*options); });
+}
+
+}  // namespace degas

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+#include "model/body/body_model.h"
+#include "model/body/uv_atlas.h"
+#include "model/drive/pose.h"
+
+namespace degas {
+
+/// Everything that drives the avatar in one frame, on the host (method.md, "Driving signals").
+struct DrivingSignal {
+  Pose pose;                            ///< jaw and expression neutral: the face signal alone moves the face
+  std::vector<float> joint_angles;      ///< theta: axis-angles of joints 1 .. J-1, radians, (J-1) * 3
+  std::vector<float> posed_vertex_map;  ///< (R, R, 3), metres
+  std::vector<float> face_code;         ///< as the caller gives it
+};
+
+/// The registered pose with jaw and expression at zero.
+Pose neutral_face(Pose pose);
+
+/// Builds the signal of one frame. Pure host work of some milliseconds, meant for the loader's thread.
+DrivingSignal make_driving_signal(const BodyModel& body, const UvAtlas& atlas, const Pose& registered,
+                                  const std::vector<double>& betas, std::vector<float> face_code);
+
+}  // namespace degas

@@ -1,0 +1,64 @@
+#include "model/train/avatar.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace degas {
+namespace {
+
+Tensor upload_joint_masks(Device& device, const BodyModel& body, const NetConfig& net) {
+  const int side = net.resolution / 8;
+  return Tensor::from(device, {side, side, body.joint_count() - 1}, std::span<const float>(joint_masks(body, side)));
+}
+
+Tensor upload_vector(Device& device, const std::vector<float>& values) {
+  return Tensor::from(device, {static_cast<int64_t>(values.size())}, std::span<const float>(values));
+}
+
+}  // namespace
+
+Avatar::Avatar(Device& device, const Config& config, BodyModel body, std::vector<double> betas, int face_code_size)
+    : device_(device),
+      config_(config),
+      body_(std::move(body)),
+      betas_(std::move(betas)),
+      atlas_(body_, config.net.resolution),
+      skeleton_(make_skeleton(device, body_, betas_)),
+      network_(device, config.net, face_code_size, upload_joint_masks(device, body_, config.net), config.train.seed) {
+  const GaussianConfig& gaussians = config.gaussians;
+  const BaseMaps maps =
+      make_base_maps(body_, betas_, atlas_, gaussians.max_influences, gaussians.thin_axis, gaussians.skinning);
+  base_ = make_gaussian_base(device, maps);
+  skinning_ = make_skinning_weights(device, maps);
+}
+
+DrivingSignal Avatar::signal(const Pose& registered, std::vector<float> face_code) const {
+  return make_driving_signal(body_, atlas_, registered, betas_, std::move(face_code));
+}
+
+Avatar::Signal Avatar::upload(const DrivingSignal& signal) const {
+  const int64_t side = atlas_.resolution();
+  return {{Tensor::from(device_, {1, side, side, 3}, std::span<const float>(signal.posed_vertex_map)),
+           upload_vector(device_, signal.joint_angles), upload_vector(device_, signal.face_code)},
+          make_device_pose(device_, signal.pose)};
+}
+
+Avatar::Decoded Avatar::decode(Tape& tape, const Signal& signal, std::optional<uint64_t> noise_seed) const {
+  const HeadMaps maps = network_.decode(tape, signal.network, noise_seed);
+  return {assemble(tape, {maps.position_offsets, maps.rotation_scale, maps.color_opacity}, base_,
+                   {config_.gaussians.offset_scale, config_.gaussians.rotation_scale}),
+          maps.divergence};
+}
+
+Splats Avatar::pose(Tape& tape, const CanonicalGaussians& gaussians, const DevicePose& body) const {
+  return pose_gaussians(tape, gaussians, skinning_, skeleton_, body);
+}
+
+double Avatar::frontal_angle(const Pose& pose, const Camera& camera) const {
+  const JointFrames frames = body_.posed_joints(pose, betas_);
+  const Eigen::Vector3d forward = frames.rotations[HeadJoint] * Eigen::Vector3d::UnitZ();  // the rest pose faces +Z
+  const Eigen::Vector3d to_camera = (camera.center() - frames.positions[HeadJoint]).normalized();
+  return std::acos(std::clamp(forward.dot(to_camera), -1.0, 1.0));
+}
+
+}  // namespace degas

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "model/body/body_model.h"
+#include "model/body/uv_atlas.h"
+#include "model/config.h"
+#include "model/drive/driving_signal.h"
+#include "model/gaussians/posing.h"
+#include "model/net/avatar_net.h"
+
+namespace degas {
+
+/// One person's drivable avatar: body, atlas, base maps and network on one device. Data flows through it as
+/// DrivingSignal -> upload -> decode (Gaussian maps) -> pose (splats in the world).
+class Avatar {
+ public:
+  /// A driving signal in device memory.
+  struct Signal {
+    AvatarNet::Inputs network;
+    DevicePose body;  ///< as registered, jaw neutral
+  };
+
+  Avatar(Device& device, const Config& config, BodyModel body, std::vector<double> betas, int face_code_size);
+
+  Device& device() const { return device_; }
+  const BodyModel& body() const { return body_; }
+  const std::vector<double>& betas() const { return betas_; }
+  const UvAtlas& atlas() const { return atlas_; }
+  AvatarNet& network() { return network_; }
+  const AvatarNet& network() const { return network_; }
+  const GaussianBase& base() const { return base_; }
+  int64_t gaussian_count() const { return base_.texels.size(); }
+
+  /// The signal of a registered pose and a face code; host work, any thread.
+  DrivingSignal signal(const Pose& registered, std::vector<float> face_code) const;
+  Signal upload(const DrivingSignal& signal) const;
+  struct Decoded {
+    CanonicalGaussians gaussians;
+    Tensor divergence;  ///< of the latent from a unit Gaussian, for the KL term; undefined where it has no weight
+  };
+  /// noise_seed: draws the latent's noise in training; none at evaluation.
+  Decoded decode(Tape& tape, const Signal& signal, std::optional<uint64_t> noise_seed = {}) const;
+  /// LBS by a pose that the caller may have refined.
+  Splats pose(Tape& tape, const CanonicalGaussians& gaussians, const DevicePose& body) const;
+
+  /// Radians between the direction the head faces and the direction from the head to the camera.
+  double frontal_angle(const Pose& pose, const Camera& camera) const;
+
+ private:
+  Device& device_;
+  Config config_;
+  BodyModel body_;
+  std::vector<double> betas_;
+  UvAtlas atlas_;
+  GaussianBase base_;
+  SkinningWeights skinning_;
+  Skeleton skeleton_;
+  AvatarNet network_;
+};
+
+}  // namespace degas

@@ -1,0 +1,29 @@
+#include "model/train/boxes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace degas {
+
+std::optional<Rectangle> head_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
+                                  const Camera& camera) {
+  const std::vector<Eigen::Vector3d> vertices = body.posed_vertices(pose, betas, true);
+  double left = std::numeric_limits<double>::infinity(), top = left, right = -left, bottom = -left;
+  for (int vertex : body.head_vertices()) {
+    const Eigen::Vector3d pixel = camera.project(vertices[vertex]);
+    if (!(pixel.z() > 0)) return std::nullopt;
+    left = std::min(left, pixel.x());
+    right = std::max(right, pixel.x());
+    top = std::min(top, pixel.y());
+    bottom = std::max(bottom, pixel.y());
+  }
+  // Also false when there is no head vertex at all, or a coordinate is not finite.
+  if (!(right > 0 && left < camera.width && bottom > 0 && top < camera.height)) return std::nullopt;
+  const auto pixel_of = [](double value, int limit) { return static_cast<int>(std::clamp<double>(value, 0, limit)); };
+  const int x0 = pixel_of(std::floor(left), camera.width), x1 = pixel_of(std::ceil(right), camera.width);
+  const int y0 = pixel_of(std::floor(top), camera.height), y1 = pixel_of(std::ceil(bottom), camera.height);
+  return Rectangle{x0, y0, x1 - x0, y1 - y0};
+}
+
+}  // namespace degas

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+
+#include "host/ops/camera.h"
+#include "host/ops/image.h"
+#include "model/body/body_model.h"
+#include "model/drive/pose.h"
+
+namespace degas {
+
+/// The head in a picture: the box around the projected vertices that head, jaw and eyes move, cut to the picture;
+/// nothing where the head lies behind the camera or outside. The face box of the evaluation protocol.
+std::optional<Rectangle> head_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
+                                  const Camera& camera);
+
+}  // namespace degas

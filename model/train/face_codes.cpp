@@ -1,0 +1,59 @@
+#include "model/train/face_codes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/error.h"
+
+namespace degas {
+
+FaceCodes::FaceCodes(const Capture& capture, std::vector<int> cameras, int frontal_views, FrontalAngle frontal_angle)
+    : capture_(capture),
+      cameras_(std::move(cameras)),
+      frontal_views_(frontal_views),
+      frontal_angle_(std::move(frontal_angle)),
+      size_(capture.face_code_size()) {}
+
+const FaceCodes::FrameCodes& FaceCodes::codes_of(int frame) {
+  if (const auto found = kept_.find(frame); found != kept_.end()) return found->second;
+  std::vector<std::pair<double, int>> ranking;
+  for (int camera : cameras_) ranking.emplace_back(frontal_angle_(frame, capture_.camera(camera)), camera);
+  std::sort(ranking.begin(), ranking.end());
+
+  FrameCodes& found = kept_[frame];
+  for (const auto& [angle, camera] : ranking) {
+    if (static_cast<int>(found.cameras.size()) == frontal_views_) break;
+    std::optional<std::vector<float>> code = capture_.face_code(frame, camera);
+    if (!code) continue;
+    const bool finite = std::all_of(code->begin(), code->end(), [](float value) { return std::isfinite(value); });
+    if (static_cast<int>(code->size()) != size_ || !finite) {
+      throw Error::format("face code of frame {}, camera {}: {}; extract it again or remove it", frame,
+                          capture_.camera_names()[camera],
+                          finite ? fmt::format("{} values where others have {}", code->size(), size_) : "not finite");
+    }
+    found.cameras.push_back(camera);
+    found.codes.push_back(std::move(*code));
+  }
+  return found;
+}
+
+std::vector<float> FaceCodes::combine(const FrameCodes& frame, const std::vector<double>& weights) const {
+  std::vector<double> total(size_, 0.0);
+  for (size_t i = 0; i < frame.codes.size(); ++i) {
+    for (int k = 0; k < size_; ++k) total[k] += weights[i] * static_cast<double>(frame.codes[i][k]);
+  }
+  return {total.begin(), total.end()};
+}
+
+std::vector<float> FaceCodes::mixture(int frame, StepRandom& random) {
+  const FrameCodes& codes = codes_of(frame);
+  return combine(codes, random.convex_weights(codes.codes.size()));
+}
+
+std::vector<float> FaceCodes::mean(int frame) {
+  const FrameCodes& codes = codes_of(frame);
+  return combine(codes, std::vector<double>(codes.codes.size(),
+                                            1.0 / std::max<double>(1.0, static_cast<double>(codes.codes.size()))));
+}
+
+}  // namespace degas

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <vector>
+
+#include "model/data/capture.h"
+#include "model/train/step_random.h"
+
+namespace degas {
+
+/// The face signal of each frame: the codes of its (up to) `frontal_views` most frontal cameras (method.md, "Driving
+/// signals"). Training takes a random convex mixture of them, evaluation their mean; a frame with none gets zeros.
+/// Codes are read when a frame is first asked for and kept. One thread at a time.
+class FaceCodes {
+ public:
+  /// Radians between the direction the head faces in `frame` and the direction from the head to the camera.
+  using FrontalAngle = std::function<double(int frame, const Camera& camera)>;
+
+  /// cameras: those whose codes may be used; the held-out ones must not be among them.
+  FaceCodes(const Capture& capture, std::vector<int> cameras, int frontal_views, FrontalAngle frontal_angle);
+
+  /// Length of a code; 0 when the capture has none.
+  int size() const { return size_; }
+  std::vector<float> mixture(int frame, StepRandom& random);
+  std::vector<float> mean(int frame);
+  /// Cameras whose codes serve this frame, the most frontal first.
+  const std::vector<int>& cameras_of(int frame) { return codes_of(frame).cameras; }
+
+ private:
+  struct FrameCodes {
+    std::vector<int> cameras;
+    std::vector<std::vector<float>> codes;
+  };
+  const FrameCodes& codes_of(int frame);
+  std::vector<float> combine(const FrameCodes& frame, const std::vector<double>& weights) const;
+
+  const Capture& capture_;
+  std::vector<int> cameras_;
+  int frontal_views_;
+  FrontalAngle frontal_angle_;
+  int size_;
+  std::map<int, FrameCodes> kept_;
+};
+
+}  // namespace degas

@@ -1,0 +1,44 @@
+#include "model/train/prepared_step.h"
+
+#include "model/train/boxes.h"
+#include "model/train/step_random.h"
+
+namespace degas {
+namespace {
+
+/// Streams of StepRandom; the view schedule has 1 and 2.
+enum Stream : uint64_t { face_code_stream = 3, background_stream = 4 };
+
+}  // namespace
+
+TrainingPicture StepPreparer::picture(const Sample& sample, const std::array<double, 3>& background) const {
+  TrainingPicture picture{sample.view, sample.image, sample.mask, background, std::nullopt};
+  if (views_.window_width > 0) {
+    const Rectangle window = window_around(mask_box(sample.mask), views_.window_width, views_.window_height,
+                                           sample.view.width, sample.view.height);
+    picture.view = sample.view.cropped(window.left, window.top, window.width, window.height);
+    picture.image = cropped(sample.image, window.left, window.top, window.width, window.height);
+    picture.mask = cropped(sample.mask, window.left, window.top, window.width, window.height);
+  }
+  if (config_.loss.lpips_weight > 0 && config_.loss.lpips_region == LossRegion::Face) {
+    picture.face = head_box(avatar_.body(), capture_.pose(sample.frame), avatar_.betas(), picture.view);
+  }
+  return picture;
+}
+
+PreparedStep StepPreparer::prepare(int64_t step, const LoadRequest& request, const std::vector<Sample>& samples) const {
+  StepRandom code_random(config_.train.seed, face_code_stream, step);
+  StepRandom background_random(config_.train.seed, background_stream, step);
+  PreparedStep prepared;
+  prepared.signal = avatar_.signal(capture_.pose(request.frame), codes_.mixture(request.frame, code_random));
+  for (const Sample& sample : samples) {
+    std::array<double, 3> background{};
+    if (config_.train.random_background) {
+      for (double& channel : background) channel = background_random.uniform();
+    }
+    prepared.pictures.push_back(picture(sample, background));
+  }
+  return prepared;
+}
+
+}  // namespace degas

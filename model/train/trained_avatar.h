@@ -1,0 +1,47 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "model/train/avatar.h"
+#include "model/train/face_codes.h"
+#include "model/train/pose_correction.h"
+#include "model/train/run_folder.h"
+
+namespace degas {
+
+/// An avatar as a training run left it, driven by any capture's signals. The frames whose poses training refined use
+/// the refined ones, but only with the very capture they were refined on: a novel sequence is never refined.
+class TrainedAvatar {
+ public:
+  /// Throws Error naming the run's file that is missing or does not fit.
+  TrainedAvatar(Device& device, const RunFolder& run);
+
+  const Config& config() const { return config_; }
+  Avatar& avatar() { return *avatar_; }
+  int64_t steps_trained() const { return steps_; }
+
+  /// The cameras of `capture` that were held out, by the run's config, are not used for face codes; names the capture
+  /// lacks are passed over. Throws Error when its codes have another length than the trained ones.
+  FaceCodes face_codes(const Capture& capture) const;
+
+  /// Whether this frame is drawn with a refined pose.
+  bool is_refined(const Capture& capture, int frame) const;
+
+  /// The pose of the signal, refined where is_refined.
+  Splats pose(Tape& tape, const CanonicalGaussians& gaussians, const Avatar::Signal& signal, const Capture& capture,
+              int frame) const;
+  /// Upload, decode and pose in one.
+  Splats drive(Tape& tape, const Capture& capture, FaceCodes& codes, int frame);
+
+ private:
+  Config config_;
+  std::string capture_identity_;
+  int64_t steps_ = 0;
+  int face_code_size_ = 0;
+  std::unique_ptr<Avatar> avatar_;
+  std::map<int, PoseCorrection> corrections_;
+};
+
+}  // namespace degas

@@ -1,0 +1,236 @@
+#include "model/train/trainer.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <any>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "host/error.h"
+#include "model/loss/metrics.h"
+#include "model/train/picture.h"
+#include "model/train/training_state.h"
+
+namespace degas {
+namespace {
+
+enum ParameterGroup { network_group = 0, pose_group = 1 };
+
+constexpr int validation_views = 4;
+constexpr std::array<double, 3> white = {1, 1, 1};
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+AdamOptions adam_options(const TrainConfig& train) {
+  AdamOptions options;
+  options.beta1 = train.beta1;
+  options.beta2 = train.beta2;
+  options.epsilon = train.epsilon;
+  options.clip_above = train.gradient_clip.norm;
+  options.clip_to = train.gradient_clip.scale;
+  return options;
+}
+
+Tensor target_of(Device& device, const TrainingPicture& picture) {
+  const int64_t height = picture.view.height, width = picture.view.width;
+  return composite(Tensor::from(device, {height, width, 3}, std::span<const uint8_t>(picture.image.pixels)),
+                   Tensor::from(device, {height, width}, std::span<const uint8_t>(picture.mask.pixels)),
+                   picture.background);
+}
+
+nlohmann::json history_line(const TrainingReport& report) {
+  nlohmann::json line = {{"step", report.step},
+                         {"seconds", report.seconds},
+                         {"steps_per_second", report.steps_per_second},
+                         {"learning_rate", report.learning_rate},
+                         {"skipped", report.skipped}};
+  for (const auto& [name, value] : report.losses) line[name] = value;
+  if (report.validation_psnr) line["validation_psnr"] = *report.validation_psnr;
+  return line;
+}
+
+}  // namespace
+
+Trainer::Trainer(Device& device, const Config& config, const Capture& capture, const RunFolder& run)
+    : device_(device),
+      config_(config),
+      capture_(capture),
+      run_(run),
+      avatar_(device, config, BodyModel::load(run.body_file()), capture.betas(), capture.face_code_size()),
+      views_(capture, config.data),
+      schedule_(views_.training, config.train.views_per_step, config.train.seed),
+      codes_(capture, allowed_cameras(capture, config.data), config.data.frontal_views,
+             [this](int frame, const Camera& camera) { return avatar_.frontal_angle(capture_.pose(frame), camera); }),
+      validation_codes_(codes_),
+      preparer_(config_, capture, avatar_, views_, codes_),
+      loss_(device, config, avatar_.base().log_scales),
+      optimiser_(device, adam_options(config.train)) {
+  for (const ParameterStore::Parameter& parameter : avatar_.network().parameters().parameters()) {
+    Tensor(parameter.value).set_requires_gradient();
+    optimiser_.add(parameter.name, parameter.value, network_group);
+  }
+  if (!config_.train.refine_poses) return;
+  for (const LoadRequest& views : views_.training) {
+    PoseCorrection correction(device, avatar_.body().joint_count());
+    correction.axis_angles.set_requires_gradient();
+    correction.translation.set_requires_gradient();
+    optimiser_.add(PoseCorrection::name(views.frame, "axis_angles"), correction.axis_angles, pose_group);
+    optimiser_.add(PoseCorrection::name(views.frame, "translation"), correction.translation, pose_group);
+    corrections_.emplace(views.frame, correction);
+  }
+}
+
+double Trainer::learning_rate_factor(double fraction) const {
+  const double warm_up = std::min(
+      1.0, static_cast<double>(step_ + 1) / static_cast<double>(std::max<int64_t>(1, config_.train.warm_up_steps)));
+  if (config_.train.schedule == LearningRateSchedule::Constant) return warm_up;
+  // Along the budget's fraction rather than the steps, so that it fits a budget in minutes too.
+  const double last = config_.train.final_learning_rate_factor;
+  return warm_up * (last + (1 - last) * 0.5 * (1 + std::cos(std::numbers::pi * std::min(fraction, 1.0))));
+}
+
+Splats Trainer::posed_splats(Tape& tape, const Avatar::Signal& signal, const CanonicalGaussians& gaussians,
+                             int frame) const {
+  const auto correction = corrections_.find(frame);
+  return avatar_.pose(tape, gaussians,
+                      correction == corrections_.end() ? signal.body : correction->second.apply(tape, signal.body));
+}
+
+SplatImage Trainer::draw(Tape& tape, const Splats& splats, const TrainingPicture& picture) {
+  return splat(tape, workspace_, splats, picture.view, picture.background, splat_options(config_.render));
+}
+
+LossTerms Trainer::train_step(const LoadedStep& loaded, double fraction) {
+  const auto& prepared = std::any_cast<const PreparedStep&>(loaded.maps);
+  Tape tape(device_);
+  const Avatar::Signal signal = avatar_.upload(prepared.signal);
+  const Avatar::Decoded decoded = avatar_.decode(tape, signal, config_.train.seed ^ static_cast<uint64_t>(loaded.step));
+  const Splats splats = posed_splats(tape, signal, decoded.gaussians, loaded.request.frame);
+  std::vector<LossView> views;
+  for (const TrainingPicture& picture : prepared.pictures) {
+    views.push_back({draw(tape, splats, picture).color, target_of(device_, picture), picture.face, picture.background});
+  }
+  const LossMaps maps{decoded.gaussians.offsets, decoded.gaussians.log_scales, decoded.divergence};
+  const LossTerms terms = loss_.evaluate(tape, views, maps, loaded.step);
+  tape.backward(terms.total);
+  const double factor = learning_rate_factor(fraction);
+  optimiser_.step({factor * config_.train.learning_rate, factor * config_.train.pose_learning_rate});
+  return terms;
+}
+
+double Trainer::validation_psnr() {
+  const size_t count = std::min<size_t>(validation_views, views_.validation.size());
+  double total = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const FrameCamera& view = views_.validation[i * views_.validation.size() / count];
+    const TrainingPicture picture = preparer_.picture(capture_.load(view.frame, view.camera), white);
+    Tape tape(device_, false);
+    const Avatar::Signal signal =
+        avatar_.upload(avatar_.signal(capture_.pose(view.frame), validation_codes_.mean(view.frame)));
+    const SplatImage image =
+        draw(tape, posed_splats(tape, signal, avatar_.decode(tape, signal).gaussians, view.frame), picture);
+    total += psnr(image.color.to_host<float>(), target_of(device_, picture).to_host<float>());
+  }
+  return total / static_cast<double>(count);
+}
+
+TrainingReport Trainer::make_report(const LossTerms& terms, double fraction) {
+  const Adam::Counters counters = optimiser_.counters();
+  if (counters.skipped_in_a_row >= config_.train.max_skipped_steps) {
+    throw Error::format(
+        "training stopped at step {}: {} steps in a row had no finite gradient; {}; lower train.learning_rate or look "
+        "for "
+        "broken pictures",
+        step_, counters.skipped_in_a_row,
+        run_.has_checkpoint() ? "the last good checkpoint stands" : "there is no checkpoint yet");
+  }
+  TrainingReport report;
+  report.step = step_;
+  report.fraction = fraction;
+  report.losses = terms.values();
+  report.skipped = counters.skipped;
+  report.learning_rate = config_.train.learning_rate * learning_rate_factor(fraction);
+  return report;
+}
+
+TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(const TrainingReport&)>& report) {
+  const Clock::time_point start = Clock::now();
+  const auto fraction = [&] {
+    const double by_steps = static_cast<double>(step_) / static_cast<double>(std::max<int64_t>(1, budget.iterations));
+    return budget.minutes ? std::max(by_steps, seconds_since(start) / (60 * *budget.minutes)) : by_steps;
+  };
+  Loader loader(
+      capture_, [this](int64_t step) { return schedule_.plan(step); },
+      [this](int64_t step, const LoadRequest& request, const std::vector<Sample>& samples) {
+        return std::any(preparer_.prepare(step, request, samples));
+      },
+      step_, budget.iterations);
+  Clock::time_point last_report = start;
+  int64_t last_reported_step = step_;
+  TrainingEnd end = TrainingEnd::Finished;
+  while (step_ < budget.iterations) {
+    if (budget.stop_requested())
+      end = TrainingEnd::Interrupted;
+    else if (fraction() >= 1)
+      end = TrainingEnd::OutOfTime;
+    if (end != TrainingEnd::Finished) break;
+
+    const LossTerms terms = train_step(loader.next(), fraction());
+    ++step_;
+    const bool last = step_ == budget.iterations;
+    const auto due = [&](int64_t every) { return every > 0 && (step_ % every == 0 || last); };
+    const bool validates = due(config_.train.validation_every) && !views_.validation.empty();
+    if (due(config_.train.log_every) || validates) {
+      TrainingReport line = make_report(terms, fraction());
+      line.steps_per_second = static_cast<double>(step_ - last_reported_step) / seconds_since(last_report);
+      line.seconds = seconds_since(start);
+      if (validates) line.validation_psnr = validation_psnr();
+      last_report = Clock::now();
+      last_reported_step = step_;
+      run_.append_history(history_line(line));
+      report(line);
+    }
+    if (!last && due(config_.train.checkpoint_every)) save();
+  }
+  save();
+  return end;
+}
+
+void Trainer::save() const {
+  std::vector<int> refined_frames;
+  for (const auto& [frame, correction] : corrections_) refined_frames.push_back(frame);
+  Checkpoint checkpoint;
+  checkpoint.header = {{"step", step_},
+                       {"config", nlohmann::json::parse(config_text(config_))},
+                       {"capture", capture_.identity()},
+                       {"betas", avatar_.betas()},
+                       {"face_code_size", capture_.face_code_size()},
+                       {"refined_frames", refined_frames}};
+  store_optimiser(optimiser_, checkpoint);
+  write_checkpoint(run_.checkpoint_file(), checkpoint);
+}
+
+void Trainer::resume() {
+  const std::filesystem::path file = run_.checkpoint_file();
+  const Checkpoint checkpoint = read_checkpoint(file);
+  const Config saved = parse_config(checkpoint.header.at("config").dump(), file.string());
+  if (const std::vector<std::string> differences = config_differences(saved, config_); !differences.empty()) {
+    throw Error::format("{}: was trained with another configuration: {}; resume with the same, or name another --out",
+                        file.string(), fmt::join(differences, ", "));
+  }
+  if (checkpoint.header.at("capture") != capture_.identity()) {
+    throw Error::format("{}: was trained on another capture, or its files changed; give that --data, or another --out",
+                        file.string());
+  }
+  restore_optimiser(optimiser_, checkpoint, file);
+  step_ = checkpoint.header.at("step");
+  run_.truncate_history(step_);
+}
+
+}  // namespace degas

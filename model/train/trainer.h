@@ -1,0 +1,80 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+
+#include "host/optim/adam.h"
+#include "model/config.h"
+#include "model/data/capture.h"
+#include "model/loss/loss.h"
+#include "model/train/pose_correction.h"
+#include "model/train/prepared_step.h"
+#include "model/train/run_folder.h"
+#include "model/train/view_schedule.h"
+
+namespace degas {
+
+/// What one line of history.jsonl holds, and what the progress bar shows.
+struct TrainingReport {
+  int64_t step = 0;
+  double fraction = 0;                    ///< of the budget: iterations or minutes, whichever is further
+  double seconds = 0;                     ///< of training in this call
+  double steps_per_second = 0;            ///< since the last report
+  std::map<std::string, double> losses;   ///< "loss" and its terms, of this step
+  std::optional<double> validation_psnr;  ///< dB, where one was made since the last report
+  int skipped = 0;                        ///< non-finite steps so far
+  double learning_rate = 0;
+};
+
+struct TrainingBudget {
+  int64_t iterations = 0;         ///< optimiser steps in all, resumed ones included
+  std::optional<double> minutes;  ///< of wall clock in this call
+  std::function<bool()> stop_requested = [] { return false; };
+};
+
+enum class TrainingEnd { Finished, OutOfTime, Interrupted };
+
+/// Trains one avatar on one capture. A step decodes one frame, draws it in train.views_per_step cameras, and updates.
+/// Same seed, same device: the same bits, over interruptions too when the budget is in iterations.
+class Trainer {
+ public:
+  /// body: read from the run folder. Throws Error when the capture, body and config do not fit together.
+  Trainer(Device& device, const Config& config, const Capture& capture, const RunFolder& run);
+
+  /// Continues from the run's checkpoint. Throws Error when it is of another configuration, capture or body.
+  void resume();
+  /// Trains until the budget is spent; saves at the end, at Ctrl-C and every train.checkpoint_every steps. Throws Error
+  /// after train.max_skipped_steps non-finite steps in a row; the last good checkpoint then stands.
+  TrainingEnd run(const TrainingBudget& budget, const std::function<void(const TrainingReport&)>& report);
+
+  int64_t step() const { return step_; }
+  const Avatar& avatar() const { return avatar_; }
+
+ private:
+  LossTerms train_step(const LoadedStep& loaded, double fraction);
+  Splats posed_splats(Tape& tape, const Avatar::Signal& signal, const CanonicalGaussians& gaussians, int frame) const;
+  SplatImage draw(Tape& tape, const Splats& splats, const TrainingPicture& picture);
+  double learning_rate_factor(double fraction) const;
+  double validation_psnr();
+  TrainingReport make_report(const LossTerms& terms, double fraction);
+  void save() const;
+
+  Device& device_;
+  Config config_;
+  const Capture& capture_;
+  RunFolder run_;
+  Avatar avatar_;
+  TrainingViews views_;
+  ViewSchedule schedule_;
+  FaceCodes codes_;             // used by the loader's thread while a run lasts
+  FaceCodes validation_codes_;  // used by this thread
+  StepPreparer preparer_;
+  Loss loss_;
+  Adam optimiser_;
+  SplatWorkspace workspace_;
+  std::map<int, PoseCorrection> corrections_;
+  int64_t step_ = 0;
+};
+
+}  // namespace degas

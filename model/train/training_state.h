@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "host/autograd/tensor.h"
+#include "host/io/checkpoint.h"
+#include "host/optim/adam.h"
+
+namespace degas {
+
+/// Copies parameters, moments and counters of an optimiser into a checkpoint. Waits for the device.
+void store_optimiser(const Adam& optimiser, Checkpoint& checkpoint);
+/// The way back. Throws Error naming `file` and the array that does not fit.
+void restore_optimiser(Adam& optimiser, const Checkpoint& checkpoint, const std::filesystem::path& file);
+/// Replaces a tensor's values by the array of that name.
+void restore_tensor(Tensor tensor, const std::string& name, const Checkpoint& checkpoint,
+                    const std::filesystem::path& file);
+
+}  // namespace degas

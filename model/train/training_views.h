@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "host/ops/image.h"
+#include "model/config.h"
+#include "model/data/capture.h"
+#include "model/train/view_schedule.h"
+
+namespace degas {
+
+/// Indices of the named cameras of a capture. Throws Error listing the cameras that exist when a name is unknown.
+std::vector<int> camera_indices(const Capture& capture, const std::vector<std::string>& names,
+                                const std::string& option);
+
+/// The cameras that a config allows: data.cameras (or all) without data.hold_out.
+std::vector<int> allowed_cameras(const Capture& capture, const DataConfig& data);
+
+/// Which pictures train, which only validate, and the window that is cut out of them.
+struct TrainingViews {
+  std::vector<LoadRequest> training;  ///< frames with their cameras
+  std::vector<FrameCamera>
+      validation;  ///< set aside: every picture of data.validation's cameras, and one of each 16th frame
+  int window_width = 0, window_height = 0;  ///< pixels cut out of each picture; 0: data.crop_to_person is off, no cut
+
+  /// Throws Error when nothing is left to train on.
+  TrainingViews(const Capture& capture, const DataConfig& data);
+};
+
+/// The smallest rectangle that holds every pixel of the mask that is not 0.
+Rectangle mask_box(const Image8& mask);
+
+/// A window of the given size (at most the picture's) around the middle of `box`, moved to lie within a picture of
+/// width x height.
+Rectangle window_around(const Rectangle& box, int window_width, int window_height, int width, int height);
+
+}  // namespace degas
