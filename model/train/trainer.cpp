@@ -140,16 +140,17 @@ double Trainer::validation_psnr() {
   return total / static_cast<double>(count);
 }
 
-TrainingReport Trainer::make_report(const LossTerms& terms, double fraction) {
-  const Adam::Counters counters = optimiser_.counters();
-  if (counters.skipped_in_a_row >= config_.train.max_skipped_steps) {
-    throw Error::format(
-        "training stopped at step {}: {} steps in a row had no finite gradient; {}; lower train.learning_rate or look "
-        "for "
-        "broken pictures",
-        step_, counters.skipped_in_a_row,
-        run_.has_checkpoint() ? "the last good checkpoint stands" : "there is no checkpoint yet");
-  }
+void Trainer::require_progress(const Adam::Counters& counters) const {
+  if (counters.skipped_in_a_row < config_.train.max_skipped_steps) return;
+  throw Error::format(
+      "training stopped at step {}: {} steps in a row had no finite gradient; {}; lower train.learning_rate or look "
+      "for "
+      "broken pictures and parameters",
+      step_, counters.skipped_in_a_row,
+      run_.has_checkpoint() ? "the last good checkpoint stands" : "there is no checkpoint yet");
+}
+
+TrainingReport Trainer::make_report(const LossTerms& terms, const Adam::Counters& counters, double fraction) const {
   TrainingReport report;
   report.step = step_;
   report.fraction = fraction;
@@ -186,8 +187,16 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
     const bool last = step_ == budget.iterations;
     const auto due = [&](int64_t every) { return every > 0 && (step_ % every == 0 || last); };
     const bool validates = due(config_.train.validation_every) && !views_.validation.empty();
-    if (due(config_.train.log_every) || validates) {
-      TrainingReport line = make_report(terms, fraction());
+    const bool reports = due(config_.train.log_every) || validates;
+    const bool saves = !last && due(config_.train.checkpoint_every);
+    // Reading the counters waits for the device, so it is not done at every step.
+    Adam::Counters counters;
+    if (reports || saves || last || step_ % config_.train.max_skipped_steps == 0) {
+      counters = optimiser_.counters();
+      require_progress(counters);
+    }
+    if (reports) {
+      TrainingReport line = make_report(terms, counters, fraction());
       line.steps_per_second = static_cast<double>(step_ - last_reported_step) / seconds_since(last_report);
       line.seconds = seconds_since(start);
       if (validates) line.validation_psnr = validation_psnr();
@@ -196,7 +205,8 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       run_.append_history(history_line(line));
       report(line);
     }
-    if (!last && due(config_.train.checkpoint_every)) save();
+    // Steps that fail may be the last good checkpoint's successors for good: it stays until one succeeds.
+    if (saves && counters.skipped_in_a_row == 0) save();
   }
   save();
   return end;
@@ -219,6 +229,10 @@ void Trainer::save() const {
 void Trainer::resume() {
   const std::filesystem::path file = run_.checkpoint_file();
   const Checkpoint checkpoint = read_checkpoint(file);
+  for (const char* key : {"config", "capture", "step"}) {
+    if (!checkpoint.header.contains(key))
+      throw Error::format("{}: its header has no '{}'; use an older copy", file.string(), key);
+  }
   const Config saved = parse_config(checkpoint.header.at("config").dump(), file.string());
   if (const std::vector<std::string> differences = config_differences(saved, config_); !differences.empty()) {
     throw Error::format("{}: was trained with another configuration: {}; resume with the same, or name another --out",

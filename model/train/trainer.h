@@ -57,7 +57,9 @@ class Trainer {
   SplatImage draw(Tape& tape, const Splats& splats, const TrainingPicture& picture);
   double learning_rate_factor(double fraction) const;
   double validation_psnr();
-  TrainingReport make_report(const LossTerms& terms, double fraction);
+  /// Throws the Error of steps that fail in a row.
+  void require_progress(const Adam::Counters& counters) const;
+  TrainingReport make_report(const LossTerms& terms, const Adam::Counters& counters, double fraction) const;
   void save() const;
 
   Device& device_;

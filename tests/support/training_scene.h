@@ -1,0 +1,68 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "model/config.h"
+#include "model/data/capture.h"
+#include "model/train/run_folder.h"
+#include "tests/support/temporary_folder.h"
+
+namespace degas::test {
+
+/// A synthetic capture of 6 + 2 frames and 5 cameras of 64x80 pixels: P1C1, P1C2 and body.npz in a folder that is made
+/// once a program and goes with it.
+const std::filesystem::path& training_scene();
+
+/// Opens a sequence of the scene; its decoded pictures are cached beside it.
+std::unique_ptr<Capture> open_scene(const std::string& sequence = "P1C1");
+
+/// A config that trains on the scene some ten steps a second: no perceptual loss, two views a step, a line of history
+/// every step, checkpoints at the end only.
+Config tiny_config();
+
+/// A run folder in `folder`, created for this config and the scene's body.
+RunFolder make_run(const std::filesystem::path& folder, const Config& config);
+
+std::string file_text(const std::filesystem::path& path);
+
+/// The scene's P1C1 with changed answers; what is not set is as it was.
+class ChangedCapture : public Capture {
+ public:
+  ChangedCapture() : source_(open_scene()) {}
+
+  std::function<void(int frame, Pose&)> change_pose;
+  std::function<bool(int frame, int camera)> lacks_image;
+  std::function<void(Sample&)> change_sample;
+  std::function<std::optional<std::vector<float>>(int frame, int camera)> replace_code;
+
+  std::string identity() const override { return source_->identity(); }
+  int frame_count() const override { return source_->frame_count(); }
+  const std::vector<std::string>& camera_names() const override { return source_->camera_names(); }
+  Camera camera(int camera) const override { return source_->camera(camera); }
+  bool has_image(int frame, int camera) const override {
+    return !(lacks_image && lacks_image(frame, camera)) && source_->has_image(frame, camera);
+  }
+  Sample load(int frame, int camera) const override {
+    Sample sample = source_->load(frame, camera);
+    if (change_sample) change_sample(sample);
+    return sample;
+  }
+  Pose pose(int frame) const override {
+    Pose pose = source_->pose(frame);
+    if (change_pose) change_pose(frame, pose);
+    return pose;
+  }
+  std::vector<double> betas() const override { return source_->betas(); }
+  bool flat_hand_mean() const override { return source_->flat_hand_mean(); }
+  int face_code_size() const override { return source_->face_code_size(); }
+  std::optional<std::vector<float>> face_code(int frame, int camera) const override {
+    return replace_code ? replace_code(frame, camera) : source_->face_code(frame, camera);
+  }
+
+ private:
+  std::unique_ptr<Capture> source_;
+};
+
+}  // namespace degas::test
