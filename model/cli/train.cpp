@@ -18,7 +18,7 @@ struct TrainOptions {
   std::optional<int64_t> iterations;
   std::optional<double> minutes;
   std::optional<uint64_t> seed;
-  bool resume = false;
+  bool resume = false, profile = false;
   DeviceChoice device;
 };
 
@@ -41,6 +41,19 @@ std::string progress_text(const TrainingReport& report) {
   return text;
 }
 
+void print_profile(Device& device, int64_t steps) {
+  const std::vector<Profiler::Row> rows = device.take_profile();
+  fmt::print("\n{:<40} {:>12} {:>12}\n", "kernel", "launches/step", "ms/step");
+  double total = 0;
+  for (const Profiler::Row& row : rows) {
+    total += row.milliseconds;
+    fmt::print("{:<40} {:>12.1f} {:>12.3f}\n", row.kernel,
+               static_cast<double>(row.launches) / static_cast<double>(steps),
+               row.milliseconds / static_cast<double>(steps));
+  }
+  fmt::print("{:<40} {:>12} {:>12.3f}\n", "all", "", total / static_cast<double>(steps));
+}
+
 void train(const TrainOptions& options) {
   const Config config = config_of(options);
   const RunFolder run(options.output);
@@ -48,13 +61,16 @@ void train(const TrainOptions& options) {
   const std::unique_ptr<Capture> capture = open_capture(options.data, capture_options(config, options.cache));
   if (!continues) run.create(config, options.body);
 
-  Device device(options.device.options());
+  DeviceOptions device_options = options.device.options();
+  device_options.profile = options.profile;
+  Device device(device_options);
   Trainer trainer(device, config, *capture, run);
   if (continues) trainer.resume();
   fmt::print("{}: {} Gaussians, {} parameters, {} frames x {} cameras, on {}\n", continues ? "continuing" : "training",
              trainer.avatar().gaussian_count(), trainer.avatar().network().parameters().count(), capture->frame_count(),
              capture->camera_names().size(), device.description().name);
 
+  const int64_t first_step = trainer.step();
   const StopSignal stop;
   Progress progress;
   std::optional<double> validation;
@@ -68,6 +84,7 @@ void train(const TrainOptions& options) {
   const char* how = end == TrainingEnd::Finished    ? "finished"
                     : end == TrainingEnd::OutOfTime ? "time is up"
                                                     : "interrupted";
+  if (options.profile) print_profile(device, trainer.step() - first_step);
   fmt::print("{} at step {}; saved {} (go on with --resume)\n", how, trainer.step(), run.checkpoint_file().string());
 }
 
@@ -91,6 +108,7 @@ void add_train_command(CLI::App& app) {
   command->add_option("--seed", options->seed, "Same seed, same device: same bits (train.seed)");
   command->add_option("--set", options->overrides, "Override a config key, e.g. --set net.width=0.5; may be repeated");
   command->add_flag("--resume", options->resume, "Continue RUN's checkpoint; starts anew where there is none");
+  command->add_flag("--profile", options->profile, "Print the time of every kernel, launches and milliseconds a step");
   command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
   add_device_option(*command, options->device);
   command->callback([options] { train(*options); });
