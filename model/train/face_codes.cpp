@@ -20,7 +20,7 @@ const FaceCodes::FrameCodes& FaceCodes::codes_of(int frame) {
   for (int camera : cameras_) ranking.emplace_back(frontal_angle_(frame, capture_.camera(camera)), camera);
   std::sort(ranking.begin(), ranking.end());
 
-  FrameCodes& found = kept_[frame];
+  FrameCodes found;  // kept when complete: a later call for a broken frame fails again
   for (const auto& [angle, camera] : ranking) {
     if (static_cast<int>(found.cameras.size()) == frontal_views_) break;
     std::optional<std::vector<float>> code = capture_.face_code(frame, camera);
@@ -34,7 +34,7 @@ const FaceCodes::FrameCodes& FaceCodes::codes_of(int frame) {
     found.cameras.push_back(camera);
     found.codes.push_back(std::move(*code));
   }
-  return found;
+  return kept_[frame] = std::move(found);
 }
 
 std::vector<float> FaceCodes::combine(const FrameCodes& frame, const std::vector<double>& weights) const {

@@ -22,9 +22,12 @@ std::vector<int> chosen_frames(const Capture& capture, const DataConfig& data) {
     frames.resize(capture.frame_count());
     std::iota(frames.begin(), frames.end(), 0);
   }
-  for (int frame : frames) {
-    if (frame < 0 || frame >= capture.frame_count()) {
-      throw Error::format("data.frames: no frame {}; the capture has 0 .. {}", frame, capture.frame_count() - 1);
+  for (auto frame = frames.begin(); frame != frames.end(); ++frame) {
+    if (*frame < 0 || *frame >= capture.frame_count()) {
+      throw Error::format("data.frames: no frame {}; the capture has 0 .. {}", *frame, capture.frame_count() - 1);
+    }
+    if (std::find(frames.begin(), frame, *frame) != frame) {
+      throw Error::format("data.frames: frame {} twice; name each once", *frame);
     }
   }
   return frames;
@@ -53,7 +56,9 @@ std::vector<int> camera_indices(const Capture& capture, const std::vector<std::s
     const auto found = std::find(known.begin(), known.end(), name);
     if (found == known.end())
       throw Error::format("{}: no camera '{}'; cameras here: {}", option, name, fmt::join(known, ", "));
-    indices.push_back(static_cast<int>(found - known.begin()));
+    const int index = static_cast<int>(found - known.begin());
+    if (contains(indices, index)) throw Error::format("{}: camera '{}' twice; name each once", option, name);
+    indices.push_back(index);
   }
   return indices;
 }
