@@ -32,7 +32,8 @@ Avatar::Avatar(Device& device, const Config& config, BodyModel body, std::vector
   skinning_ = make_skinning_weights(device, maps);
 }
 
-DrivingSignal Avatar::signal(const Pose& registered, std::vector<float> face_code) const {
+DrivingSignal Avatar::signal(const Capture& capture, int frame, std::vector<float> face_code) const {
+  const Pose registered = capture.flat_hand_mean() ? capture.pose(frame) : body_.with_hand_mean(capture.pose(frame));
   return make_driving_signal(body_, atlas_, registered, betas_, std::move(face_code));
 }
 

@@ -6,6 +6,7 @@
 #include "model/body/body_model.h"
 #include "model/body/uv_atlas.h"
 #include "model/config.h"
+#include "model/data/capture.h"
 #include "model/drive/driving_signal.h"
 #include "model/gaussians/posing.h"
 #include "model/net/avatar_net.h"
@@ -33,8 +34,9 @@ class Avatar {
   const GaussianBase& base() const { return base_; }
   int64_t gaussian_count() const { return base_.texels.size(); }
 
-  /// The signal of a registered pose and a face code; host work, any thread.
-  DrivingSignal signal(const Pose& registered, std::vector<float> face_code) const;
+  /// The signal of a capture's frame and a face code; host work, any thread. The mean hand is added where the capture's
+  /// finger angles are relative to it: Error when the body model has none.
+  DrivingSignal signal(const Capture& capture, int frame, std::vector<float> face_code) const;
   Signal upload(const DrivingSignal& signal) const;
   struct Decoded {
     CanonicalGaussians gaussians;

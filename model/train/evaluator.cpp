@@ -85,7 +85,7 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
   int done = 0;
   for (int frame : options.frames) {
     Tape tape(device, false);
-    const DrivingSignal host_signal = avatar.avatar().signal(capture.pose(frame), codes.mean(frame));
+    const DrivingSignal host_signal = avatar.avatar().signal(capture, frame, codes.mean(frame));
     const Avatar::Signal signal = avatar.avatar().upload(host_signal);
     device.finish();
     const Clock::time_point decode_start = Clock::now();

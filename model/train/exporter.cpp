@@ -51,7 +51,7 @@ void export_frame(Device& device, TrainedAvatar& avatar, const Capture& capture,
                   const std::filesystem::path& ply) {
   Tape tape(device, false);
   FaceCodes codes = avatar.face_codes(capture);
-  const Avatar::Signal signal = avatar.avatar().upload(avatar.avatar().signal(capture.pose(frame), codes.mean(frame)));
+  const Avatar::Signal signal = avatar.avatar().upload(avatar.avatar().signal(capture, frame, codes.mean(frame)));
   const CanonicalGaussians gaussians = avatar.avatar().decode(tape, signal).gaussians;
   if (ply.has_parent_path()) std::filesystem::create_directories(ply.parent_path());
   write_ply(ply, ply_splats(avatar.pose(tape, gaussians, signal, capture, frame)));

@@ -30,7 +30,7 @@ PreparedStep StepPreparer::prepare(int64_t step, const LoadRequest& request, con
   StepRandom code_random(config_.train.seed, face_code_stream, step);
   StepRandom background_random(config_.train.seed, background_stream, step);
   PreparedStep prepared;
-  prepared.signal = avatar_.signal(capture_.pose(request.frame), codes_.mixture(request.frame, code_random));
+  prepared.signal = avatar_.signal(capture_, request.frame, codes_.mixture(request.frame, code_random));
   for (const Sample& sample : samples) {
     std::array<double, 3> background{};
     if (config_.train.random_background) {

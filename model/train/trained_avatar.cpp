@@ -65,7 +65,7 @@ Splats TrainedAvatar::pose(Tape& tape, const CanonicalGaussians& gaussians, cons
 }
 
 Splats TrainedAvatar::drive(Tape& tape, const Capture& capture, FaceCodes& codes, int frame) {
-  const Avatar::Signal signal = avatar_->upload(avatar_->signal(capture.pose(frame), codes.mean(frame)));
+  const Avatar::Signal signal = avatar_->upload(avatar_->signal(capture, frame, codes.mean(frame)));
   return pose(tape, avatar_->decode(tape, signal).gaussians, signal, capture, frame);
 }
 

@@ -132,7 +132,7 @@ double Trainer::validation_psnr() {
     const TrainingPicture picture = preparer_.picture(capture_.load(view.frame, view.camera), white);
     Tape tape(device_, false);
     const Avatar::Signal signal =
-        avatar_.upload(avatar_.signal(capture_.pose(view.frame), validation_codes_.mean(view.frame)));
+        avatar_.upload(avatar_.signal(capture_, view.frame, validation_codes_.mean(view.frame)));
     const SplatImage image =
         draw(tape, posed_splats(tape, signal, avatar_.decode(tape, signal).gaussians, view.frame), picture);
     total += psnr(image.color.to_host<float>(), target_of(device_, picture).to_host<float>());

@@ -9,8 +9,8 @@
 
 namespace degas {
 
-/// Indices of the named cameras of a capture. Throws Error listing the cameras that exist when a name is unknown, or for
-/// one that is named twice.
+/// Indices of the named cameras of a capture. Throws Error listing the cameras that exist when a name is unknown, or
+/// for one that is named twice.
 std::vector<int> camera_indices(const Capture& capture, const std::vector<std::string>& names,
                                 const std::string& option);
 

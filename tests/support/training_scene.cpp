@@ -3,6 +3,8 @@
 #include <fstream>
 
 #include "model/data/synthetic_capture.h"
+#include "model/train/trainer.h"
+#include "tests/support/test_devices.h"
 
 namespace degas::test {
 
@@ -48,6 +50,15 @@ Config tiny_config() {
 RunFolder make_run(const fs::path& folder, const Config& config) {
   RunFolder run(folder);
   run.create(config, training_scene() / "body.npz");
+  return run;
+}
+
+RunFolder train_run(const fs::path& folder, const Config& config, const Capture& capture) {
+  const RunFolder run = make_run(folder, config);
+  Trainer trainer(device(KernelSet::Wide), config, capture, run);
+  TrainingBudget budget;
+  budget.iterations = config.train.iterations;
+  trainer.run(budget, [](const TrainingReport&) {});
   return run;
 }
 

@@ -25,6 +25,9 @@ Config tiny_config();
 /// A run folder in `folder`, created for this config and the scene's body.
 RunFolder make_run(const std::filesystem::path& folder, const Config& config);
 
+/// A run trained for a few steps on a sequence's capture.
+RunFolder train_run(const std::filesystem::path& folder, const Config& config, const Capture& capture);
+
 std::string file_text(const std::filesystem::path& path);
 
 /// The scene's P1C1 with changed answers; what is not set is as it was.
@@ -36,6 +39,8 @@ class ChangedCapture : public Capture {
   std::function<bool(int frame, int camera)> lacks_image;
   std::function<void(Sample&)> change_sample;
   std::function<std::optional<std::vector<float>>(int frame, int camera)> replace_code;
+  std::optional<int> code_size;
+  bool flat_hands = true;
 
   std::string identity() const override { return source_->identity(); }
   int frame_count() const override { return source_->frame_count(); }
@@ -55,8 +60,8 @@ class ChangedCapture : public Capture {
     return pose;
   }
   std::vector<double> betas() const override { return source_->betas(); }
-  bool flat_hand_mean() const override { return source_->flat_hand_mean(); }
-  int face_code_size() const override { return source_->face_code_size(); }
+  bool flat_hand_mean() const override { return flat_hands; }
+  int face_code_size() const override { return code_size.value_or(source_->face_code_size()); }
   std::optional<std::vector<float>> face_code(int frame, int camera) const override {
     return replace_code ? replace_code(frame, camera) : source_->face_code(frame, camera);
   }

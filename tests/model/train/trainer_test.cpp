@@ -4,7 +4,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <numeric>
+#include <set>
 #include <sstream>
 
 #include "host/error.h"
@@ -138,6 +140,32 @@ TEST_CASE("nothing is allocated on the device after the first step") {
   CHECK(mean(losses.end() - 6, losses.end()) < 0.8 * mean(losses.begin(), losses.begin() + 6));
   REQUIRE(validation.size() == 8);
   CHECK(validation.back() > validation.front() + 1);
+}
+
+TEST_CASE("a held-out camera is never looked at: neither its pictures nor its face codes") {
+  Config config = tiny_config();
+  config.train.iterations = 12;
+  config.train.validation_every = 4;
+  config.data.hold_out = {"cam02"};
+  config.data.validation = {"cam01"};
+  config.data.crop_to_person = true;
+  std::mutex mutex;  // the loader's thread looks too
+  std::set<int> seen, spoken_to;
+  ChangedCapture capture;
+  capture.change_sample = [&](const Sample& sample) {
+    const std::lock_guard lock(mutex);
+    seen.insert(sample.camera);
+  };
+  const auto source = open_scene();
+  capture.replace_code = [&](int frame, int camera) {
+    const std::lock_guard lock(mutex);
+    spoken_to.insert(camera);
+    return source->face_code(frame, camera);
+  };
+  const TemporaryFolder folder;
+  train_run(folder / "run", config, capture);
+  CHECK(seen == std::set<int>{0, 1, 3, 4});
+  CHECK(spoken_to == std::set<int>{0, 1, 3, 4});
 }
 
 TEST_CASE("a frame that gives no finite gradient is skipped and counted") {
