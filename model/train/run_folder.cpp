@@ -21,10 +21,14 @@ void RunFolder::create(const Config& config, const fs::path& body) const {
   if (failure) throw Error::format("{}: cannot be copied to {}: {}", body.string(), path_.string(), failure.message());
   // The body may come from a read-only place; its copy must not hinder a later run into the same folder.
   fs::permissions(body_file(), fs::perms::owner_write, fs::perm_options::add, failure);
+  write_config(config);
+  std::ofstream(history_file(), std::ios::trunc);
+}
+
+void RunFolder::write_config(const Config& config) const {
   std::ofstream stream(config_file());
   stream << config_text(config) << '\n';
   if (!stream) throw Error::format("{}: cannot be written", config_file().string());
-  std::ofstream(history_file(), std::ios::trunc);
 }
 
 void RunFolder::require_trained() const {

@@ -25,6 +25,8 @@ class RunFolder {
   /// Makes the folder with its config and body. Throws Error when it already holds a checkpoint (remedy: --resume or
   /// another --out) or cannot be written.
   void create(const Config& config, const std::filesystem::path& body) const;
+  /// Writes config.json anew, for a run that goes on with another length.
+  void write_config(const Config& config) const;
   /// Throws Error naming the folder and the file it lacks.
   void require_trained() const;
 

@@ -233,7 +233,12 @@ void Trainer::resume() {
     if (!checkpoint.header.contains(key))
       throw Error::format("{}: its header has no '{}'; use an older copy", file.string(), key);
   }
-  const Config saved = parse_config(checkpoint.header.at("config").dump(), file.string());
+  Config saved = parse_config(checkpoint.header.at("config").dump(), file.string());
+  // How long to train and how often to tell may change from call to call; everything else makes another run of it.
+  saved.train.iterations = config_.train.iterations;
+  saved.train.log_every = config_.train.log_every;
+  saved.train.validation_every = config_.train.validation_every;
+  saved.train.checkpoint_every = config_.train.checkpoint_every;
   if (const std::vector<std::string> differences = config_differences(saved, config_); !differences.empty()) {
     throw Error::format("{}: was trained with another configuration: {}; resume with the same, or name another --out",
                         file.string(), fmt::join(differences, ", "));
@@ -245,6 +250,7 @@ void Trainer::resume() {
   restore_optimiser(optimiser_, checkpoint, file);
   step_ = checkpoint.header.at("step");
   run_.truncate_history(step_);
+  run_.write_config(config_);
 }
 
 }  // namespace degas
