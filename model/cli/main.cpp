@@ -1,10 +1,14 @@
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <filesystem>
+#include <new>
 
 #include "host/error.h"
 #include "model/cli/commands.h"
 
 int main(int count, char** arguments) {
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // or FFmpeg's own complaints stand before our one line
   CLI::App app(
       "degas: trains, evaluates and renders drivable full-body avatars on any OpenCL device.\n"
       "Start with `degas synth`, or point `degas train` at a capture; `degas COMMAND --help` explains each.");
@@ -23,6 +27,14 @@ int main(int count, char** arguments) {
     return app.exit(error) == 0 ? 0 : 2;  // --help is no fault
   } catch (const degas::Error& error) {
     std::fprintf(stderr, "degas: %s\n", error.what());
+    return 2;
+  } catch (const std::filesystem::filesystem_error& error) {
+    std::fprintf(stderr, "degas: %s: %s; check the path and its permissions\n", error.path1().c_str(),
+                 error.code().message().c_str());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr,
+                 "degas: out of memory; lower net.resolution, net.width, train.views_per_step or image_scale\n");
     return 2;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "degas: internal error: %s\n", error.what());

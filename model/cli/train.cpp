@@ -59,11 +59,16 @@ void train(const TrainOptions& options) {
   const RunFolder run(options.output);
   const bool continues = options.resume && run.has_checkpoint();
   const std::unique_ptr<Capture> capture = open_capture(options.data, capture_options(config, options.cache));
-  if (!continues) run.create(config, options.body);
-
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);
+  // All that may be refused comes before anything is written.
+  if (continues) {
+    run.require_same_body(options.body);
+  } else {
+    BodyModel::load(options.body);
+    run.create(config, options.body);
+  }
   Trainer trainer(device, config, *capture, run);
   if (continues) trainer.resume();
   fmt::print("{}: {} Gaussians, {} parameters, {} frames x {} cameras, on {}\n", continues ? "continuing" : "training",
@@ -105,8 +110,10 @@ void add_train_command(CLI::App& app) {
   command->add_option("--out", options->output, "Run folder")->required();
   command->add_option("--hold-out", options->hold_out, "Cameras training never sees, comma-separated, e.g. cam02");
   command->add_option("--iterations", options->iterations, "Optimiser steps in all (train.iterations)");
-  command->add_option("--minutes", options->minutes,
-                      "Stop after so many minutes; the learning rate follows the clock then");
+  command
+      ->add_option("--minutes", options->minutes,
+                   "Stop after so many minutes; the learning rate follows the clock then")
+      ->check(CLI::PositiveNumber);
   command->add_option("--seed", options->seed, "Same seed, same device: same bits (train.seed)");
   command->add_option("--set", options->overrides, "Override a config key, e.g. --set net.width=0.5; may be repeated");
   command->add_flag("--resume", options->resume, "Continue RUN's checkpoint; starts anew where there is none");

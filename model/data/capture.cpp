@@ -17,7 +17,10 @@ std::unique_ptr<Capture> open_capture(const fs::path& path, const CaptureOptions
   if (!options.format.empty() && options.format != "dreams") {
     throw Error::format("capture format '{}' is not known; known: dreams", options.format);
   }
-  if (!fs::is_directory(path)) throw Error::format("{}: no such folder", path.string());
+  if (!fs::is_directory(path)) {
+    throw Error::format("{}: no such folder; name that of a capture, with cameras.json and capture.json",
+                        path.string());
+  }
   if (options.format.empty() && !DreamsCapture::recognises(path)) {
     throw Error::format("{}: holds no known capture; one in the DREAMS layout has cameras.json and capture.json",
                         path.string());

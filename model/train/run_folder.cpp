@@ -4,6 +4,7 @@
 #include <string>
 
 #include "host/error.h"
+#include "host/io/file_bytes.h"
 
 namespace degas {
 
@@ -31,6 +32,14 @@ void RunFolder::write_config(const Config& config) const {
   if (!stream) throw Error::format("{}: cannot be written", config_file().string());
 }
 
+void RunFolder::require_same_body(const fs::path& body) const {
+  require_trained();
+  if (read_file_bytes(body) != read_file_bytes(body_file())) {
+    throw Error::format("{}: is another body than the run was trained with; give that one (a copy is {})",
+                        body.string(), body_file().string());
+  }
+}
+
 void RunFolder::require_trained() const {
   for (const fs::path& file : {checkpoint_file(), body_file()}) {
     if (!fs::exists(file)) {
@@ -50,7 +59,7 @@ void RunFolder::truncate_history(int64_t step) const {
     kept += line + '\n';
   }
   stream.close();
-  std::ofstream(history_file(), std::ios::trunc) << kept;
+  write_file_atomically(history_file(), std::as_bytes(std::span<const char>(kept)));
 }
 
 void RunFolder::append_history(const nlohmann::json& line) const {

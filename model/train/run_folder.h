@@ -27,6 +27,8 @@ class RunFolder {
   void create(const Config& config, const std::filesystem::path& body) const;
   /// Writes config.json anew, for a run that goes on with another length.
   void write_config(const Config& config) const;
+  /// Throws Error when `body` is missing or is not the one that the run was created with.
+  void require_same_body(const std::filesystem::path& body) const;
   /// Throws Error naming the folder and the file it lacks.
   void require_trained() const;
 
