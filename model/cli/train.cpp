@@ -87,7 +87,8 @@ void train(const TrainOptions& options) {
       });
   progress.finish();
   const MemoryPool::Statistics memory = device.memory_statistics();
-  fmt::print("device memory: {} MiB at most in use, {} MiB held\n", memory.peak_bytes_in_use >> 20, memory.bytes_held >> 20);
+  fmt::print("device memory: {} MiB at most in use, {} MiB held\n", memory.peak_bytes_in_use >> 20,
+             memory.bytes_held >> 20);
   const char* how = end == TrainingEnd::Finished    ? "finished"
                     : end == TrainingEnd::OutOfTime ? "time is up"
                                                     : "interrupted";

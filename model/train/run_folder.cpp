@@ -27,9 +27,8 @@ void RunFolder::create(const Config& config, const fs::path& body) const {
 }
 
 void RunFolder::write_config(const Config& config) const {
-  std::ofstream stream(config_file());
-  stream << config_text(config) << '\n';
-  if (!stream) throw Error::format("{}: cannot be written", config_file().string());
+  const std::string text = config_text(config) + '\n';
+  write_file_atomically(config_file(), std::as_bytes(std::span<const char>(text)));
 }
 
 void RunFolder::require_same_body(const fs::path& body) const {

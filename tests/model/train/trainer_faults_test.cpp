@@ -1,0 +1,215 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "host/error.h"
+#include "host/io/checkpoint.h"
+#include "model/train/trainer.h"
+#include "tests/support/test_devices.h"
+#include "tests/support/training_scene.h"
+
+using namespace degas;
+using namespace degas::test;
+using Catch::Contains;
+
+namespace {
+
+Device& wide() {
+  return device(KernelSet::Wide);
+}
+
+void ignore(const TrainingReport&) {}
+
+TrainingBudget budget_of(int64_t iterations) {
+  TrainingBudget budget;
+  budget.iterations = iterations;
+  return budget;
+}
+
+/// Steps until `stop_at` (or the end) on the given capture.
+TrainingEnd train(Trainer& trainer, const Config& config, int64_t stop_at = std::numeric_limits<int64_t>::max()) {
+  TrainingBudget budget = budget_of(config.train.iterations);
+  budget.stop_requested = [&] { return trainer.step() >= stop_at; };
+  return trainer.run(budget, ignore);
+}
+
+std::vector<nlohmann::json> history_of(const RunFolder& run) {
+  std::vector<nlohmann::json> lines;
+  std::istringstream stream(file_text(run.history_file()));
+  for (std::string line; std::getline(stream, line);) lines.push_back(nlohmann::json::parse(line));
+  return lines;
+}
+
+const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+TEST_CASE("a frame that gives no finite gradient is skipped and counted") {
+  const Config config = tiny_config();
+  const TemporaryFolder folder;
+  const RunFolder run = make_run(folder / "run", config);
+  ChangedCapture capture;
+  capture.change_pose = [](int frame, Pose& pose) {
+    if (frame == 2) pose.axis_angles[4].x() = not_a_number;
+  };
+  Trainer trainer(wide(), config, capture, run);
+  int skipped = 0;
+  double last_loss = 0;
+  trainer.run(budget_of(18), [&](const TrainingReport& report) {
+    skipped = report.skipped;
+    if (std::isfinite(report.losses.at("loss"))) last_loss = report.losses.at("loss");
+  });
+  CHECK(skipped == 3);  // once each of three epochs of six frames
+  CHECK(std::isfinite(last_loss));
+  CHECK(history_of(run).size() == 18);  // NaN is no JSON: such losses are null
+  const Checkpoint checkpoint = read_checkpoint(run.checkpoint_file());
+  for (const auto& [name, values] : checkpoint.arrays) {
+    const bool finite = std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
+    CAPTURE(name);
+    CHECK(finite);
+  }
+}
+
+TEST_CASE("training that has broken down stops, and the last good checkpoint stands") {
+  Config config = tiny_config();
+  config.train.max_skipped_steps = 4;
+  config.train.log_every = GENERATE(1, 0, 100);
+  config.train.checkpoint_every = 1;
+  const TemporaryFolder folder;
+  const RunFolder run = make_run(folder / "run", config);
+  bool broken = false;
+  ChangedCapture capture;
+  capture.change_pose = [&](int, Pose& pose) {
+    if (broken) pose.axis_angles[4].x() = not_a_number;
+  };
+  {
+    Trainer trainer(wide(), config, capture, run);
+    trainer.run(budget_of(6), ignore);
+  }
+  const std::string good = file_text(run.checkpoint_file());
+  broken = true;
+  Trainer trainer(wide(), config, capture, run);
+  trainer.resume();
+  CHECK_THROWS_WITH(train(trainer, config), Contains("4 steps in a row") &&
+                                                Contains("the last good checkpoint stands") &&
+                                                Contains("train.learning_rate"));
+  CHECK(trainer.step() < 6 + 2 * 4);
+  const bool stands = file_text(run.checkpoint_file()) == good;
+  CHECK(stands);
+}
+
+TEST_CASE("a learning rate far too high ends in an Error, not in an endless run") {
+  Config config = tiny_config();
+  config.train.learning_rate = 1e30;
+  config.train.max_skipped_steps = 5;
+  const TemporaryFolder folder;
+  const RunFolder run = make_run(folder / "run", config);
+  const auto capture = open_scene();
+  Trainer trainer(wide(), config, *capture, run);
+  CHECK_THROWS_WITH(train(trainer, config), Contains("no finite gradient") && Contains("no checkpoint yet"));
+}
+
+TEST_CASE("parameters that are not finite stop training too") {
+  Config config = tiny_config();
+  config.train.max_skipped_steps = 3;
+  const TemporaryFolder folder;
+  const RunFolder run = make_run(folder / "run", config);
+  const auto capture = open_scene();
+  {
+    Trainer trainer(wide(), config, *capture, run);
+    train(trainer, config, 2);
+  }
+  Checkpoint checkpoint = read_checkpoint(run.checkpoint_file());
+  checkpoint.arrays[0].second[0] = static_cast<float>(not_a_number);
+  write_checkpoint(run.checkpoint_file(), checkpoint);
+  Trainer trainer(wide(), config, *capture, run);
+  trainer.resume();
+  CHECK_THROWS_WITH(train(trainer, config), Contains("3 steps in a row"));
+}
+
+TEST_CASE("resuming with another config or capture is refused, and names what differs") {
+  Config config = tiny_config();
+  const TemporaryFolder folder;
+  const RunFolder run = make_run(folder / "run", config);
+  const auto capture = open_scene(), other = open_scene("P1C2");
+  {
+    Trainer trainer(wide(), config, *capture, run);
+    train(trainer, config, 1);
+  }
+  const std::string saved = file_text(run.checkpoint_file());
+  Trainer on_other(wide(), config, *other, run);
+  CHECK_THROWS_WITH(on_other.resume(), Contains("checkpoint.bin: was trained on another capture"));
+  config.loss.scale_weight = 0.5;
+  config.net.width = 0.5;
+  Trainer differing(wide(), config, *capture, run);
+  CHECK_THROWS_WITH(differing.resume(), Contains("checkpoint.bin: was trained with another configuration") &&
+                                            Contains("net.width (0.25 / 0.5)") &&
+                                            Contains("loss.scale_weight (1.0 / 0.5)"));
+  const bool untouched = file_text(run.checkpoint_file()) == saved;
+  CHECK(untouched);
+}
+
+TEST_CASE("a checkpoint whose arrays or header do not fit is refused") {
+  const Config config = tiny_config();
+  const TemporaryFolder folder;
+  const RunFolder run = make_run(folder / "run", config);
+  const auto capture = open_scene();
+  Trainer trainer(wide(), config, *capture, run);
+  train(trainer, config, 1);
+  const Checkpoint good = read_checkpoint(run.checkpoint_file());
+  SECTION("an array of another size") {
+    Checkpoint bad = good;
+    bad.arrays[0].second.pop_back();
+    write_checkpoint(run.checkpoint_file(), bad);
+    CHECK_THROWS_WITH(trainer.resume(), Contains("checkpoint.bin: array '" + bad.arrays[0].first + "' has"));
+  }
+  SECTION("an array missing") {
+    Checkpoint bad = good;
+    bad.arrays.erase(bad.arrays.begin());
+    write_checkpoint(run.checkpoint_file(), bad);
+    CHECK_THROWS_WITH(trainer.resume(), Contains("checkpoint.bin: no array '" + good.arrays[0].first + "'"));
+  }
+  SECTION("a header without its keys") {
+    const std::string key = GENERATE("config", "capture", "step", "optimiser");
+    Checkpoint bad = good;
+    bad.header.erase(key);
+    write_checkpoint(run.checkpoint_file(), bad);
+    CHECK_THROWS_AS(trainer.resume(), Error);
+    CHECK_THROWS_WITH(trainer.resume(), Contains("checkpoint.bin: ") && Contains(key));
+  }
+}
+
+TEST_CASE("a device without enough memory gives an Error, and what was saved stays") {
+  const Config config = tiny_config();
+  const TemporaryFolder folder;
+  const RunFolder run = make_run(folder / "run", config);
+  const auto capture = open_scene();
+  DeviceOptions options;
+  options.kernel_set = KernelSet::Wide;
+  size_t for_trainer = 0;
+  {
+    Device device(options);
+    Trainer trainer(device, config, *capture, run);
+    for_trainer = device.memory_statistics().bytes_held;
+    train(trainer, config, 2);
+    CHECK(device.memory_statistics().bytes_held > for_trainer + (size_t{4} << 20));
+  }
+  const std::string saved = file_text(run.checkpoint_file());
+  SECTION("in a step") {
+    options.memory_limit = for_trainer + (size_t{2} << 20);
+    Device device(options);
+    Trainer trainer(device, config, *capture, run);
+    trainer.resume();
+    CHECK_THROWS_AS(train(trainer, config), Error);
+    CHECK_THROWS_WITH(train(trainer, config), Contains("device out of memory") && Contains("views_per_step"));
+  }
+  SECTION("before the first") {
+    options.memory_limit = size_t{2} << 20;
+    Device device(options);
+    CHECK_THROWS_WITH(Trainer(device, config, *capture, run), Contains("device out of memory"));
+  }
+  const bool untouched = file_text(run.checkpoint_file()) == saved;
+  CHECK(untouched);
+}
