@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "host/error.h"
+#include "host/io/file_bytes.h"
 #include "host/io/image.h"
 #include "model/loss/lpips_weights.h"
 #include "model/loss/metrics.h"
@@ -148,9 +149,8 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
   metrics["fps"] = 1000.0 / (decode_ms.json().get<double>() + render_ms.json().get<double>());
   metrics["device"] = device.description().name;
   metrics["steps"] = avatar.steps_trained();
-  std::ofstream stream(options.output / "metrics.json");
-  stream << metrics.dump(2) << '\n';
-  if (!stream) throw Error::format("{}: cannot be written", (options.output / "metrics.json").string());
+  const std::string text = metrics.dump(2) + '\n';
+  write_file_atomically(options.output / "metrics.json", std::as_bytes(std::span<const char>(text)));
   return summary;
 }
 

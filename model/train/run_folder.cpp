@@ -63,7 +63,8 @@ void RunFolder::truncate_history(int64_t step) const {
 
 void RunFolder::append_history(const nlohmann::json& line) const {
   std::ofstream stream(history_file(), std::ios::app);
-  stream << line.dump() << '\n';
+  stream << line.dump() << '\n' << std::flush;
+  if (!stream) throw Error::format("{}: cannot be written; is the disk full?", history_file().string());
 }
 
 }  // namespace degas

@@ -34,6 +34,7 @@ class RunFolder {
 
   /// Drops the lines of history.jsonl after `step`, so that a resumed run continues the record of its checkpoint.
   void truncate_history(int64_t step) const;
+  /// Throws Error when the disk refuses.
   void append_history(const nlohmann::json& line) const;
 
  private:

@@ -52,4 +52,18 @@ TEST_CASE("history after the checkpoint's step is dropped, and so is a line that
   run.append_history({{"step", 30}});
   run.truncate_history(1000);
   CHECK(text_of(run.history_file()).ends_with("{\"step\":30}\n"));
+  fs::remove(run.history_file());
+  fs::create_directory(run.history_file());
+  CHECK_THROWS_WITH(run.append_history({{"step", 40}}), Catch::Contains("history.jsonl: cannot be written"));
+}
+
+TEST_CASE("a run goes on with the body that it was created with, and with no other") {
+  const fs::path folder = fresh_folder();
+  const RunFolder run(folder / "run");
+  run.create(Config{}, folder / "body_source.npz");
+  std::ofstream(run.checkpoint_file()) << "state";
+  CHECK_NOTHROW(run.require_same_body(folder / "body_source.npz"));
+  std::ofstream(folder / "body_source.npz") << "bodY";
+  CHECK_THROWS_WITH(run.require_same_body(folder / "body_source.npz"), Catch::Contains("another body"));
+  CHECK_THROWS_WITH(run.require_same_body(folder / "absent.npz"), Catch::Contains("absent.npz"));
 }
