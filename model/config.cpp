@@ -258,12 +258,6 @@ std::string config_text(const Config& config) {
   return text_of(to_json(config), 2) + "\n";
 }
 
-uint64_t config_hash(const Config& config) {
-  uint64_t hash = 0xcbf29ce484222325u;
-  for (const unsigned char c : config_text(config)) hash = (hash ^ c) * 0x100000001b3u;
-  return hash;
-}
-
 std::vector<std::string> config_differences(const Config& a, const Config& b) {
   std::vector<std::string> differences;
   collect_differences(to_json(a), to_json(b), "", differences);

@@ -134,8 +134,6 @@ void validate(const Config& config, const std::string& name);
 
 /// All keys as indented JSON, always in the same order and with numbers that read back exactly.
 std::string config_text(const Config& config);
-/// FNV-1a of config_text: equal for equal configs, on every machine.
-uint64_t config_hash(const Config& config);
 /// Dotted keys whose values differ, with both values: "net.width (1 / 0.5)".
 std::vector<std::string> config_differences(const Config& a, const Config& b);
 

@@ -40,6 +40,10 @@ void evaluate_run(const EvalOptions& options) {
     fmt::print("{} of {} pictures are of frames whose pose training refined: drawn with the refined pose\n",
                summary.refined_pictures, summary.pictures);
   }
+  if (summary.refined_pictures == 0 && avatar.has_refined_poses()) {
+    fmt::print(
+        "training refined poses of another sequence (or this one's files changed since): registered poses are used\n");
+  }
   if (summary.without_picture > 0)
     fmt::print("{} frames and cameras have no picture: left out\n", summary.without_picture);
   if (summary.without_face > 0)

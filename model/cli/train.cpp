@@ -113,7 +113,8 @@ void add_train_command(CLI::App& app) {
   command->add_option("--iterations", options->iterations, "Optimiser steps in all (train.iterations)");
   command
       ->add_option("--minutes", options->minutes,
-                   "Stop after so many minutes; the learning rate follows the clock then")
+                   "Stop after so many minutes of training, resumed ones included; the\n"
+                   "learning rate follows the clock then")
       ->check(CLI::PositiveNumber);
   command->add_option("--seed", options->seed, "Same seed, same device: same bits (train.seed)");
   command->add_option("--set", options->overrides, "Override a config key, e.g. --set net.width=0.5; may be repeated");

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/data/mannequin_random.h"
+#include "host/random.h"
 
 namespace degas {
 namespace {
@@ -24,7 +24,7 @@ Eigen::VectorXd face_state(const MannequinPose& pose) {
 }  // namespace
 
 MannequinFaceEncoder::MannequinFaceEncoder(int code_size) {
-  MannequinRandom random(20240810);
+  Random random(20240810);
   const auto fill = [&](Eigen::MatrixXd& matrix, double scale) {
     matrix.resize(code_size, face_states + leaking_states);
     for (int row = 0; row < code_size; ++row) {
@@ -50,7 +50,7 @@ std::vector<float> MannequinFaceEncoder::encode(const MannequinPose& pose, doubl
   const Eigen::VectorXd state = face_state(pose);
   const Eigen::VectorXd code = mean_ + linear_ * state + 0.25 * (bent_ * state).array().tanh().matrix();
   const double angle = std::min(yaw / largest_yaw, 2.0), noise = 0.02 + 0.08 * angle * angle;
-  MannequinRandom random(noise_seed);
+  Random random(noise_seed);
   std::vector<float> result(static_cast<size_t>(code.size()));
   for (size_t i = 0; i < result.size(); ++i) {
     result[i] = static_cast<float>(code[static_cast<Eigen::Index>(i)] + noise * random.normal());

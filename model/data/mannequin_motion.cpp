@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/random.h"
 #include "model/data/mannequin_parts.h"
-#include "model/data/mannequin_random.h"
 
 namespace degas {
 namespace {
@@ -26,7 +26,7 @@ class Waves {
   double time() const { return time_; }
 
  private:
-  MannequinRandom random_;
+  Random random_;
   double time_, tempo_;
 };
 

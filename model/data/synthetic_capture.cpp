@@ -8,10 +8,10 @@
 #include <thread>
 
 #include "host/error.h"
+#include "host/random.h"
 #include "model/data/dreams_writer.h"
 #include "model/data/mannequin_code.h"
 #include "model/data/mannequin_motion.h"
-#include "model/data/mannequin_random.h"
 
 namespace degas {
 namespace {
@@ -93,7 +93,7 @@ class SequenceWriter {
 
 std::vector<Camera> synthetic_cameras(const SyntheticOptions& options) {
   check(options);
-  MannequinRandom random(options.seed * 77 + 5);
+  Random random(options.seed * 77 + 5);
   constexpr std::array<double, 5> heights{1.25, 0.75, 1.60, 1.05, 1.85};
   constexpr double seen_height = 2.0, person_middle = 0.885;
   std::vector<Camera> cameras;

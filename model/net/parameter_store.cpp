@@ -3,28 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
+
+#include "host/random.h"
 
 namespace degas {
 namespace {
-
-/// Steele, Lea and Flood 2014: a generator whose state is a counter, so that any stream starts anywhere.
-class SplitMix {
- public:
-  explicit SplitMix(uint64_t state) : state_(state) {}
-  uint64_t next() {
-    uint64_t z = state_ += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  }
-  /// In [0, 1), 53 random bits.
-  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
-
- private:
-  uint64_t state_;
-};
 
 uint64_t hash_of(std::string_view text) {
   uint64_t hash = 0xcbf29ce484222325u;
@@ -49,7 +33,7 @@ Tensor ParameterStore::add(const std::string& name, const Shape& shape, const st
 }
 
 Tensor ParameterStore::create_uniform(const std::string& name, const Shape& shape, double bound) {
-  SplitMix random(SplitMix(seed_).next() ^ hash_of(name));
+  Random random(Random(seed_).next() ^ hash_of(name));
   std::vector<float> values(element_count(shape));
   for (float& value : values) value = static_cast<float>((2 * random.uniform() - 1) * bound);
   return add(name, shape, values);
@@ -87,12 +71,9 @@ int64_t ParameterStore::count() const {
 }
 
 std::vector<float> normal_numbers(uint64_t seed, int64_t count) {
-  SplitMix random(seed);
+  Random random(seed);
   std::vector<float> values(count);
-  for (float& value : values) {
-    const double radius = std::sqrt(-2 * std::log(1 - random.uniform()));
-    value = static_cast<float>(radius * std::cos(2 * std::numbers::pi * random.uniform()));
-  }
+  for (float& value : values) value = static_cast<float>(random.normal());
   return values;
 }
 

@@ -84,6 +84,13 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
   std::vector<int> frames_seen;
   const int total = static_cast<int>(options.frames.size() * options.cameras.size());
   int done = 0;
+  {
+    // Builds every kernel, so that the times below are those of the kernels alone.
+    Tape tape(device, false);
+    splat(tape, workspace, avatar.drive(tape, capture, codes, options.frames.front()),
+          capture.camera(options.cameras.front()), {1, 1, 1}, splat_options(avatar.config().render));
+    device.finish();
+  }
   for (int frame : options.frames) {
     Tape tape(device, false);
     const DrivingSignal host_signal = avatar.avatar().signal(capture, frame, codes.mean(frame));
@@ -149,6 +156,8 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
   metrics["fps"] = 1000.0 / (decode_ms.json().get<double>() + render_ms.json().get<double>());
   metrics["device"] = device.description().name;
   metrics["steps"] = avatar.steps_trained();
+  csv.close();
+  if (!csv) throw Error::format("{}: cannot be written", (options.output / "per_frame.csv").string());
   const std::string text = metrics.dump(2) + '\n';
   write_file_atomically(options.output / "metrics.json", std::as_bytes(std::span<const char>(text)));
   return summary;

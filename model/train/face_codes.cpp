@@ -7,12 +7,13 @@
 
 namespace degas {
 
-FaceCodes::FaceCodes(const Capture& capture, std::vector<int> cameras, int frontal_views, FrontalAngle frontal_angle)
+FaceCodes::FaceCodes(const Capture& capture, std::vector<int> cameras, int frontal_views, FrontalAngle frontal_angle,
+                     std::optional<int> size)
     : capture_(capture),
       cameras_(std::move(cameras)),
       frontal_views_(frontal_views),
       frontal_angle_(std::move(frontal_angle)),
-      size_(capture.face_code_size()) {}
+      size_(size.value_or(capture.face_code_size())) {}
 
 const FaceCodes::FrameCodes& FaceCodes::codes_of(int frame) {
   if (const auto found = kept_.find(frame); found != kept_.end()) return found->second;
@@ -45,7 +46,7 @@ std::vector<float> FaceCodes::combine(const FrameCodes& frame, const std::vector
   return {total.begin(), total.end()};
 }
 
-std::vector<float> FaceCodes::mixture(int frame, StepRandom& random) {
+std::vector<float> FaceCodes::mixture(int frame, Random& random) {
   const FrameCodes& codes = codes_of(frame);
   return combine(codes, random.convex_weights(codes.codes.size()));
 }

@@ -2,10 +2,11 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <vector>
 
+#include "host/random.h"
 #include "model/data/capture.h"
-#include "model/train/step_random.h"
 
 namespace degas {
 
@@ -18,11 +19,13 @@ class FaceCodes {
   using FrontalAngle = std::function<double(int frame, const Camera& camera)>;
 
   /// cameras: those whose codes may be used; the held-out ones must not be among them.
-  FaceCodes(const Capture& capture, std::vector<int> cameras, int frontal_views, FrontalAngle frontal_angle);
+  /// size: length of a code, and of the zeros where there is none; by default the capture's.
+  FaceCodes(const Capture& capture, std::vector<int> cameras, int frontal_views, FrontalAngle frontal_angle,
+            std::optional<int> size = {});
 
-  /// Length of a code; 0 when the capture has none.
+  /// Length of a code.
   int size() const { return size_; }
-  std::vector<float> mixture(int frame, StepRandom& random);
+  std::vector<float> mixture(int frame, Random& random);
   std::vector<float> mean(int frame);
   /// Cameras whose codes serve this frame, the most frontal first.
   const std::vector<int>& cameras_of(int frame) { return codes_of(frame).cameras; }

@@ -1,12 +1,12 @@
 #include "model/train/prepared_step.h"
 
+#include "host/random.h"
 #include "model/train/boxes.h"
-#include "model/train/step_random.h"
 
 namespace degas {
 namespace {
 
-/// Streams of StepRandom; the view schedule has 1 and 2.
+/// Streams of Random::of_step; the view schedule has 1 and 2.
 enum Stream : uint64_t { face_code_stream = 3, background_stream = 4 };
 
 }  // namespace
@@ -21,14 +21,17 @@ TrainingPicture StepPreparer::picture(const Sample& sample, const std::array<dou
     picture.mask = cropped(sample.mask, window.left, window.top, window.width, window.height);
   }
   if (config_.loss.lpips_weight > 0 && config_.loss.lpips_region == LossRegion::Face) {
-    picture.face = head_box(avatar_.body(), capture_.pose(sample.frame), avatar_.betas(), picture.view);
+    picture.region = head_box(avatar_.body(), capture_.pose(sample.frame), avatar_.betas(), picture.view);
+  }
+  if (config_.loss.lpips_weight > 0 && config_.loss.lpips_region == LossRegion::Person) {
+    picture.region = mask_box(picture.mask);
   }
   return picture;
 }
 
 PreparedStep StepPreparer::prepare(int64_t step, const LoadRequest& request, const std::vector<Sample>& samples) const {
-  StepRandom code_random(config_.train.seed, face_code_stream, step);
-  StepRandom background_random(config_.train.seed, background_stream, step);
+  Random code_random = Random::of_step(config_.train.seed, face_code_stream, step);
+  Random background_random = Random::of_step(config_.train.seed, background_stream, step);
   PreparedStep prepared;
   prepared.signal = avatar_.signal(capture_, request.frame, codes_.mixture(request.frame, code_random));
   for (const Sample& sample : samples) {

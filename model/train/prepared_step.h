@@ -17,7 +17,7 @@ struct TrainingPicture {
   Camera view;         ///< of the window
   Image8 image, mask;  ///< foreground over black; alpha
   std::array<double, 3> background;
-  std::optional<Rectangle> face;  ///< within the window; where loss.lpips_region is face and the head is in sight
+  std::optional<Rectangle> region;  ///< within the window: what the perceptual loss sees where it is not all
 };
 
 /// All that a step needs besides parameters.

@@ -37,21 +37,27 @@ TrainedAvatar::TrainedAvatar(Device& device, const RunFolder& run) {
 }
 
 FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
-  if (capture.face_code_size() != face_code_size_) {
+  const bool uses_codes = config_.net.use_face_code && !config_.net.static_maps;
+  if (uses_codes && capture.face_code_size() != 0 && capture.face_code_size() != face_code_size_) {
     throw Error::format(
         "the capture's face codes have {} values, the avatar was trained with {}; extract them with the same encoder",
         capture.face_code_size(), face_code_size_);
   }
+  // A novel sequence may lack cameras of the training one, so names are compared rather than looked up.
+  const auto named = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
   std::vector<int> cameras;
-  const std::vector<std::string>& held_out = config_.data.hold_out;
-  for (size_t i = 0; i < capture.camera_names().size(); ++i) {
-    if (std::find(held_out.begin(), held_out.end(), capture.camera_names()[i]) == held_out.end())
-      cameras.push_back(static_cast<int>(i));
+  const bool has_codes = uses_codes && capture.face_code_size() != 0;  // otherwise all frames have zeros
+  for (size_t i = 0; has_codes && i < capture.camera_names().size(); ++i) {
+    const std::string& name = capture.camera_names()[i];
+    const bool allowed = config_.data.cameras.empty() || named(config_.data.cameras, name);
+    if (allowed && !named(config_.data.hold_out, name)) cameras.push_back(static_cast<int>(i));
   }
-  return FaceCodes(capture, std::move(cameras), config_.data.frontal_views,
-                   [this, &capture](int frame, const Camera& camera) {
-                     return avatar_->frontal_angle(capture.pose(frame), camera);
-                   });
+  return FaceCodes(
+      capture, std::move(cameras), config_.data.frontal_views,
+      [this, &capture](int frame, const Camera& camera) { return avatar_->frontal_angle(capture.pose(frame), camera); },
+      face_code_size_);
 }
 
 bool TrainedAvatar::is_refined(const Capture& capture, int frame) const {

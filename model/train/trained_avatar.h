@@ -23,9 +23,11 @@ class TrainedAvatar {
   int64_t steps_trained() const { return steps_; }
 
   /// The cameras of `capture` that were held out, by the run's config, are not used for face codes; names the capture
-  /// lacks are passed over. Throws Error when its codes have another length than the trained ones.
+  /// lacks are passed over. A capture without codes drives the face with zeros. Throws Error when its codes have
+  /// another length than the trained ones.
   FaceCodes face_codes(const Capture& capture) const;
 
+  bool has_refined_poses() const { return !corrections_.empty(); }
   /// Whether this frame is drawn with a refined pose.
   bool is_refined(const Capture& capture, int frame) const;
 

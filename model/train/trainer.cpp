@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "host/error.h"
+#include "host/random.h"
 #include "model/loss/metrics.h"
 #include "model/train/picture.h"
 #include "model/train/training_state.h"
@@ -18,6 +19,7 @@ namespace {
 
 enum ParameterGroup { network_group = 0, pose_group = 1 };
 
+constexpr uint64_t noise_stream = 5;  // of Random::of_step; prepared_step.cpp and view_schedule.cpp have 1 to 4
 constexpr int validation_views = 4;
 constexpr std::array<double, 3> white = {1, 1, 1};
 
@@ -110,11 +112,13 @@ LossTerms Trainer::train_step(const LoadedStep& loaded, double fraction) {
   const auto& prepared = std::any_cast<const PreparedStep&>(loaded.maps);
   Tape tape(device_);
   const Avatar::Signal signal = avatar_.upload(prepared.signal);
-  const Avatar::Decoded decoded = avatar_.decode(tape, signal, config_.train.seed ^ static_cast<uint64_t>(loaded.step));
+  const Avatar::Decoded decoded =
+      avatar_.decode(tape, signal, Random::of_step(config_.train.seed, noise_stream, loaded.step).next());
   const Splats splats = posed_splats(tape, signal, decoded.gaussians, loaded.request.frame);
   std::vector<LossView> views;
   for (const TrainingPicture& picture : prepared.pictures) {
-    views.push_back({draw(tape, splats, picture).color, target_of(device_, picture), picture.face, picture.background});
+    views.push_back(
+        {draw(tape, splats, picture).color, target_of(device_, picture), picture.region, picture.background});
   }
   const LossMaps maps{decoded.gaussians.offsets, decoded.gaussians.log_scales, decoded.divergence};
   const LossTerms terms = loss_.evaluate(tape, views, maps, loaded.step);
@@ -162,9 +166,11 @@ TrainingReport Trainer::make_report(const LossTerms& terms, const Adam::Counters
 
 TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(const TrainingReport&)>& report) {
   const Clock::time_point start = Clock::now();
+  const double minutes_before = minutes_spent_;
+  const auto minutes = [&] { return minutes_before + seconds_since(start) / 60; };
   const auto fraction = [&] {
     const double by_steps = static_cast<double>(step_) / static_cast<double>(std::max<int64_t>(1, budget.iterations));
-    return budget.minutes ? std::max(by_steps, seconds_since(start) / (60 * *budget.minutes)) : by_steps;
+    return budget.minutes ? std::max(by_steps, minutes() / *budget.minutes) : by_steps;
   };
   Loader loader(
       capture_, [this](int64_t step) { return schedule_.plan(step); },
@@ -206,9 +212,11 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       report(line);
     }
     // Steps that fail may be the last good checkpoint's successors for good: it stays until one succeeds.
+    if (budget.minutes) minutes_spent_ = minutes();
     if (saves && counters.skipped_in_a_row == 0) save();
   }
-  save();
+  if (budget.minutes) minutes_spent_ = minutes();
+  if (optimiser_.counters().skipped_in_a_row == 0 || !run_.has_checkpoint()) save();
   return end;
 }
 
@@ -222,6 +230,8 @@ void Trainer::save() const {
                        {"betas", avatar_.betas()},
                        {"face_code_size", capture_.face_code_size()},
                        {"refined_frames", refined_frames}};
+  // Only where the clock was the budget: otherwise the bytes shall depend on the steps alone.
+  if (minutes_spent_ > 0) checkpoint.header["minutes_spent"] = minutes_spent_;
   store_optimiser(optimiser_, checkpoint);
   write_checkpoint(run_.checkpoint_file(), checkpoint);
 }
@@ -249,6 +259,7 @@ void Trainer::resume() {
   }
   restore_optimiser(optimiser_, checkpoint, file);
   step_ = checkpoint.header.at("step");
+  minutes_spent_ = checkpoint.header.value("minutes_spent", 0.0);
   run_.truncate_history(step_);
   run_.write_config(config_);
 }

@@ -29,7 +29,7 @@ struct TrainingReport {
 
 struct TrainingBudget {
   int64_t iterations = 0;         ///< optimiser steps in all, resumed ones included
-  std::optional<double> minutes;  ///< of wall clock in this call
+  std::optional<double> minutes;  ///< of training, those before a resume included
   std::function<bool()> stop_requested = [] { return false; };
 };
 
@@ -78,6 +78,7 @@ class Trainer {
   SplatWorkspace workspace_;
   std::map<int, PoseCorrection> corrections_;
   int64_t step_ = 0;
+  double minutes_spent_ = 0;  // under budgets in minutes
 };
 
 }  // namespace degas

@@ -11,6 +11,7 @@ namespace degas {
 namespace {
 
 constexpr int validation_stride = 16;
+constexpr uint8_t least_alpha = 16;  // above the ringing of a lossy alpha video
 
 bool contains(const std::vector<int>& values, int value) {
   return std::find(values.begin(), values.end(), value) != values.end();
@@ -96,6 +97,10 @@ TrainingViews::TrainingViews(const Capture& capture, const DataConfig& data) {
     }
     if (!views.cameras.empty()) training.push_back(views);
   }
+  if (!set_aside.empty() && validation.empty()) {
+    throw Error(
+        "data.validation: none of its cameras has a picture that training may use; name cameras that are not held out");
+  }
   if (training.empty()) throw Error("the capture has no picture to train on: every chosen frame and camera lacks one");
   if (data.crop_to_person) find_window(capture, data, *this);
 }
@@ -105,7 +110,7 @@ Rectangle mask_box(const Image8& mask) {
   for (int y = 0; y < mask.height; ++y) {
     const uint8_t* row = mask.at(0, y);
     for (int x = 0; x < mask.width; ++x) {
-      if (!row[x]) continue;
+      if (row[x] < least_alpha) continue;
       left = std::min(left, x);
       right = std::max(right, x);
       top = std::min(top, y);

@@ -28,7 +28,8 @@ struct TrainingViews {
   TrainingViews(const Capture& capture, const DataConfig& data);
 };
 
-/// The smallest rectangle that holds every pixel of the mask that is not 0.
+/// The smallest rectangle that holds every pixel of the mask of at least 16 of 255: below lies the noise of video
+/// codecs. The whole picture where there is none.
 Rectangle mask_box(const Image8& mask);
 
 /// A window of the given size (at most the picture's) around the middle of `box`, moved to lie within a picture of

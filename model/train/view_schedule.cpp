@@ -4,7 +4,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "model/train/step_random.h"
+#include "host/random.h"
 
 namespace degas {
 
@@ -17,7 +17,7 @@ LoadRequest ViewSchedule::plan(int64_t step) const {
   const int64_t epoch = step / steps_per_epoch();
   std::vector<size_t> order(views_of_frame_.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  StepRandom(seed_, 1, epoch).shuffle(order);
+  Random::of_step(seed_, 1, epoch).shuffle(order);
   const LoadRequest& views = views_of_frame_[order[step % steps_per_epoch()]];
 
   const auto count = static_cast<int64_t>(views.cameras.size());
@@ -26,7 +26,7 @@ LoadRequest ViewSchedule::plan(int64_t step) const {
   // where the deck ends within it, or when the frame has fewer cameras than a step wants; it is then left out.
   for (int64_t card = epoch * views_per_step_; card < (epoch + 1) * views_per_step_; ++card) {
     std::vector<int> deck = views.cameras;
-    StepRandom(seed_ ^ static_cast<uint64_t>(views.frame), 2, card / count).shuffle(deck);
+    Random::of_step(seed_ ^ static_cast<uint64_t>(views.frame), 2, card / count).shuffle(deck);
     const int camera = deck[card % count];
     if (std::find(plan.cameras.begin(), plan.cameras.end(), camera) == plan.cameras.end())
       plan.cameras.push_back(camera);

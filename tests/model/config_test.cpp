@@ -17,8 +17,6 @@ TEST_CASE("defaults, text and back are the same config") {
   config.train.seed = ~uint64_t{0};
   const Config read = parse_config(config_text(config), "text");
   CHECK(config_text(read) == config_text(config));
-  CHECK(config_hash(read) == config_hash(config));
-  CHECK(config_hash(read) != config_hash(Config{}));
   CHECK(read.net.width == 0.1 + 0.2);
   CHECK(read.train.seed == ~uint64_t{0});
   CHECK(config_differences(Config{}, read).size() == 4);
@@ -108,7 +106,8 @@ TEST_CASE("overrides from the command line need no quotes") {
 TEST_CASE("the configs of the repository are valid, and full.json is the defaults") {
   const std::filesystem::path folder = std::filesystem::path(DEGAS_TEST_VECTORS) / ".." / ".." / "configs";
   CHECK(config_text(load_config(folder / "full.json")) == config_text(Config{}));
-  CHECK(config_hash(load_config(folder / "quick.json")) != config_hash(Config{}));
+  CHECK(config_text(load_config(folder / "quick.json")) != config_text(Config{}));
+  CHECK_NOTHROW(load_config(folder / "demo.json"));
   // The README explains every key.
   std::ostringstream readme;
   readme << std::ifstream(folder / "README.md").rdbuf();

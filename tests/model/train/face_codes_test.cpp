@@ -51,7 +51,7 @@ TEST_CASE("a camera without a code gives its place to the next; without any the 
   CHECK(codes.cameras_of(0) == std::vector<int>{1, 2});
   CHECK(codes.cameras_of(1).empty());
   CHECK(codes.mean(1) == std::vector<float>{0, 0});
-  StepRandom random(1, 2, 3);
+  Random random = Random::of_step(1, 2, 3);
   CHECK(codes.mixture(1, random) == std::vector<float>{0, 0});
 }
 
@@ -61,7 +61,7 @@ TEST_CASE("evaluation takes the mean, training a convex mixture that varies with
   CHECK(codes.mean(2) == std::vector<float>{2, 2});
   double lowest = 3, highest = 1;
   for (int64_t step = 0; step < 200; ++step) {
-    StepRandom random(1, 3, step), again(1, 3, step);
+    Random random = Random::of_step(1, 3, step), again = Random::of_step(1, 3, step);
     const std::vector<float> mixture = codes.mixture(0, random);
     CHECK(mixture == codes.mixture(0, again));
     CHECK(mixture[0] >= 1);

@@ -4,7 +4,7 @@
 #include <map>
 #include <set>
 
-#include "model/train/step_random.h"
+#include "host/random.h"
 
 using namespace degas;
 
@@ -43,7 +43,7 @@ TEST_CASE("a plan depends on seed and step alone") {
 }
 
 TEST_CASE("convex weights are convex and vary") {
-  StepRandom random(1, 2, 3);
+  Random random = Random::of_step(1, 2, 3);
   double spread = 0;
   for (int i = 0; i < 100; ++i) {
     const std::vector<double> weights = random.convex_weights(4);

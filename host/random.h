@@ -2,20 +2,31 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <utility>
 #include <vector>
 
 namespace degas {
 
-/// Random numbers that are a function of (seed, stream, step) alone (SplitMix64), so that a resumed run draws what the
-/// uninterrupted one would have, with no state to save.
-class StepRandom {
+/// SplitMix64 (Steele, Lea and Flood 2014): the same numbers on every machine and library, which <random>'s distributions
+/// do not promise. Its state is a counter, so that any stream starts anywhere.
+class Random {
  public:
-  StepRandom(uint64_t seed, uint64_t stream, uint64_t step) : state_(mix(seed ^ mix(stream ^ mix(step)))) {}
+  explicit Random(uint64_t seed) : state_(seed) {}
+  /// Numbers that are a function of (seed, stream, step) alone, so that a resumed run draws what the uninterrupted one
+  /// would have, with no state to save.
+  static Random of_step(uint64_t seed, uint64_t stream, uint64_t step) {
+    return Random(mix(seed ^ mix(stream ^ mix(step))));
+  }
 
   uint64_t next() { return mix(state_ += 0x9e3779b97f4a7c15u); }
-  /// In [0, 1).
+  /// In [0, 1), 53 random bits.
   double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
+  /// Standard normal (Box-Muller).
+  double normal() {
+    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
+    return radius * std::cos(2 * std::numbers::pi * uniform());
+  }
   /// In 0 .. count - 1.
   int64_t index(int64_t count) { return static_cast<int64_t>(uniform() * static_cast<double>(count)); }
   template <typename Value>
