@@ -211,8 +211,8 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       run_.append_history(history_line(line));
       report(line);
     }
-    // Steps that fail may be the last good checkpoint's successors for good: it stays until one succeeds.
     if (budget.minutes) minutes_spent_ = minutes();
+    // Steps that fail may be the last good checkpoint's successors for good: it stays until one succeeds.
     if (saves && counters.skipped_in_a_row == 0) save();
   }
   if (budget.minutes) minutes_spent_ = minutes();
