@@ -85,6 +85,9 @@ struct TrainConfig {
   GradientClipConfig gradient_clip;
   bool refine_poses = false;         ///< also fit the training frames' body poses
   double pose_learning_rate = 1e-4;  ///< of those, radians (and metres) a step
+  double pose_jitter = 0;            ///< radians: training noise on the angles that the network sees, not on what
+                                     ///< poses the Gaussians: robust to registration errors of that size
+  double code_jitter = 0;            ///< training noise on the face code, in units of its root mean square
   bool random_background = true;     ///< a colour drawn per step; otherwise black
   int64_t validation_every = 1000;   ///< steps; 0: never
   int64_t checkpoint_every = 10000;  ///< steps; 0: only at the end

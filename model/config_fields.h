@@ -104,6 +104,8 @@ void visit_fields(TrainConfig& config, Visitor& visit) {
   FIELD(gradient_clip);
   FIELD(refine_poses);
   FIELD(pose_learning_rate);
+  FIELD(pose_jitter);
+  FIELD(code_jitter);
   FIELD(random_background);
   FIELD(validation_every);
   FIELD(checkpoint_every);

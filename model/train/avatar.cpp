@@ -32,9 +32,16 @@ Avatar::Avatar(Device& device, const Config& config, BodyModel body, std::vector
   skinning_ = make_skinning_weights(device, maps);
 }
 
-DrivingSignal Avatar::signal(const Capture& capture, int frame, std::vector<float> face_code) const {
-  const Pose registered = capture.flat_hand_mean() ? capture.pose(frame) : body_.with_hand_mean(capture.pose(frame));
+Pose Avatar::registered_pose(const Capture& capture, int frame) const {
+  return capture.flat_hand_mean() ? capture.pose(frame) : body_.with_hand_mean(capture.pose(frame));
+}
+
+DrivingSignal Avatar::signal(const Pose& registered, std::vector<float> face_code) const {
   return make_driving_signal(body_, atlas_, registered, betas_, std::move(face_code));
+}
+
+DrivingSignal Avatar::signal(const Capture& capture, int frame, std::vector<float> face_code) const {
+  return signal(registered_pose(capture, frame), std::move(face_code));
 }
 
 Avatar::Signal Avatar::upload(const DrivingSignal& signal) const {

@@ -34,8 +34,11 @@ class Avatar {
   const GaussianBase& base() const { return base_; }
   int64_t gaussian_count() const { return base_.texels.size(); }
 
-  /// The signal of a capture's frame and a face code; host work, any thread. The mean hand is added where the capture's
-  /// finger angles are relative to it: Error when the body model has none.
+  /// The capture's pose of a frame. The mean hand is added where its finger angles are relative to that: Error when the
+  /// body model has none.
+  Pose registered_pose(const Capture& capture, int frame) const;
+  /// The signal of a registered pose and a face code; host work, any thread.
+  DrivingSignal signal(const Pose& registered, std::vector<float> face_code) const;
   DrivingSignal signal(const Capture& capture, int frame, std::vector<float> face_code) const;
   Signal upload(const DrivingSignal& signal) const;
   struct Decoded {

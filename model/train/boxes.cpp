@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "model/loss/metrics.h"
+
 namespace degas {
 
 std::optional<Rectangle> head_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
@@ -24,6 +26,15 @@ std::optional<Rectangle> head_box(const BodyModel& body, const Pose& pose, const
   const int x0 = pixel_of(std::floor(left), camera.width), x1 = pixel_of(std::ceil(right), camera.width);
   const int y0 = pixel_of(std::floor(top), camera.height), y1 = pixel_of(std::ceil(bottom), camera.height);
   return Rectangle{x0, y0, x1 - x0, y1 - y0};
+}
+
+std::optional<Rectangle> face_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
+                                  const Camera& camera) {
+  const std::optional<Rectangle> head = head_box(body, pose, betas, camera);
+  if (!head) return head;
+  const int x = head->width / 8, y = head->height / 8;
+  return clipped({head->left - x, head->top - y, head->width + 2 * x, head->height + 2 * y}, camera.width,
+                 camera.height);
 }
 
 }  // namespace degas

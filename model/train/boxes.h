@@ -10,8 +10,13 @@
 namespace degas {
 
 /// The head in a picture: the box around the projected vertices that head, jaw and eyes move, cut to the picture;
-/// nothing where the head lies behind the camera or outside. The face box of the evaluation protocol.
+/// nothing where the head lies behind the camera or outside.
 std::optional<Rectangle> head_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
+                                  const Camera& camera);
+
+/// The face box of the evaluation protocol: the head's box grown by an eighth of its size on every side, because hair
+/// is not in the body model, and cut to the picture.
+std::optional<Rectangle> face_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
                                   const Camera& camera);
 
 }  // namespace degas

@@ -118,11 +118,12 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
 
       const Image8 render = to_image8(image.color), truth = over_background(sample, {255, 255, 255});
       const Rectangle person_box = mask_box(sample.mask);
-      const std::optional<Rectangle> face_box =
-          head_box(avatar.avatar().body(), capture.pose(frame), avatar.avatar().betas(), sample.view);
+      const std::optional<Rectangle> face_rectangle =
+          face_box(avatar.avatar().body(), capture.pose(frame), avatar.avatar().betas(), sample.view);
       const ImageQuality whole_quality = meter.picture(render, truth, person_box);
       const std::optional<ImageQuality> person_quality = meter.box(render, truth, person_box);
-      const std::optional<ImageQuality> face_quality = face_box ? meter.box(render, truth, *face_box) : std::nullopt;
+      const std::optional<ImageQuality> face_quality =
+          face_rectangle ? meter.box(render, truth, *face_rectangle) : std::nullopt;
       whole.add(whole_quality);
       if (person_quality) person.add(*person_quality);
       if (face_quality) face.add(*face_quality);
