@@ -9,30 +9,12 @@
 
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
+#include "tests/support/training_steps.h"
 
 using namespace degas;
 using namespace degas::test;
 
 namespace {
-
-Device& wide() {
-  return device(KernelSet::Wide);
-}
-
-void ignore(const TrainingReport&) {}
-
-TrainingBudget budget_of(int64_t iterations) {
-  TrainingBudget budget;
-  budget.iterations = iterations;
-  return budget;
-}
-
-/// Steps until `stop_at` (or the end) on the given capture.
-TrainingEnd train(Trainer& trainer, const Config& config, int64_t stop_at = std::numeric_limits<int64_t>::max()) {
-  TrainingBudget budget = budget_of(config.train.iterations);
-  budget.stop_requested = [&] { return trainer.step() >= stop_at; };
-  return trainer.run(budget, ignore);
-}
 
 /// checkpoint.bin of an uninterrupted run.
 std::string trained_bytes(const Config& config) {
