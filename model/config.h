@@ -57,7 +57,7 @@ struct LossConfig {
   double ssim_weight = 0.2;                         ///< w of (1 - w) L1 + w (1 - SSIM)
   double lpips_weight = 0.1;                        ///< 0 switches the perceptual loss off
   LpipsNetwork lpips_network = LpipsNetwork::Alex;  ///< alex | squeeze
-  std::string lpips_weights;                        ///< path of lpips_{network}_v0.1.npz; empty: the installed ones
+  std::string lpips_weights;                        ///< path of lpips_{network}_v0.1.npz; empty: $DEGAS_LPIPS
   LossRegion lpips_region = LossRegion::Full;       ///< full | person | face
   int lpips_every = 1;                              ///< steps between perceptual losses (its weight grows as much)
   double lpips_scale = 1;                           ///< factor on the region's size before the perceptual network

@@ -36,4 +36,15 @@ struct ReferenceImage {
 ReferenceImage reference_render(const SplatScene& scene, const Camera& camera, const std::array<double, 3>& background,
                                 const SplatOptions& options);
 
+/// Looks along +z from the origin; 48 x 32 pixels, centred.
+inline Camera plain_camera() {
+  Camera camera;
+  camera.width = 48;
+  camera.height = 32;
+  camera.fx = camera.fy = 40;
+  camera.cx = 24;
+  camera.cy = 16;
+  return camera;
+}
+
 }  // namespace degas::test

@@ -17,17 +17,6 @@ namespace {
 constexpr std::array<double, 3> background = {0.25, 0.5, 0.75};
 constexpr std::array<double, 4> upright = {1, 0, 0, 0};
 
-/// Looks along +z from the origin; 48 x 32 pixels, centred.
-Camera plain_camera() {
-  Camera camera;
-  camera.width = 48;
-  camera.height = 32;
-  camera.fx = camera.fy = 40;
-  camera.cx = 24;
-  camera.cy = 16;
-  return camera;
-}
-
 struct Drawn {
   std::vector<float> color, alpha;
   std::array<std::vector<float>, 5> gradients;  ///< in the order of Splats' fields, of the sum of a weighted image

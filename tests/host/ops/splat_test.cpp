@@ -19,17 +19,6 @@ namespace {
 constexpr std::array<double, 3> background = {0.2, 0.5, 0.9};
 constexpr std::array<double, 4> upright = {1, 0, 0, 0};
 
-/// Looks along +z from the origin; 48 x 32 pixels, centred.
-Camera plain_camera() {
-  Camera camera;
-  camera.width = 48;
-  camera.height = 32;
-  camera.fx = camera.fy = 40;
-  camera.cx = 24;
-  camera.cy = 16;
-  return camera;
-}
-
 /// Largest error of the tape's gradients against finite differences, with the smooth cut-off.
 double gradient_error(Device& device, const SplatScene& scene, const Camera& camera, SplatOptions options = {}) {
   options.smooth_cutoff = true;
