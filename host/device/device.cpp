@@ -17,7 +17,7 @@ void check(cl_int status, const char* what) {
   if (status == CL_SUCCESS) return;
   if (status == CL_MEM_OBJECT_ALLOCATION_FAILURE || status == CL_OUT_OF_RESOURCES || status == CL_OUT_OF_HOST_MEMORY) {
     throw Error::format(
-        "device out of memory in {} (OpenCL status {}); lower the resolution, the width or views_per_step", what,
+        "device out of memory in {} (OpenCL status {}); lower net.resolution, net.width or train.views_per_step", what,
         status);
   }
   throw std::logic_error(fmt::format("[{}] OpenCL status {}", what, status));
@@ -163,7 +163,8 @@ Device::Device(const DeviceOptions& options) : options_(options), open_cl_(std::
   open_cl_->queue =
       clCreateCommandQueue(open_cl_->context, found.id, options.profile ? CL_QUEUE_PROFILING_ENABLE : 0, &status);
   check(status, "clCreateCommandQueue");
-  pool_ = std::make_unique<MemoryPool>(open_cl_->context, description_.largest_buffer_bytes, options.memory_limit);
+  pool_ = std::make_unique<MemoryPool>(open_cl_->context, description_.name, description_.largest_buffer_bytes,
+                                       options.memory_limit);
 }
 
 Device::~Device() = default;

@@ -8,14 +8,15 @@ namespace degas {
 
 struct MemoryPool::State {
   cl_context context;
+  std::string device;
   size_t largest_buffer;
   size_t limit;
   std::map<size_t, std::vector<cl_mem>> free;
   Statistics statistics;
 
   /// Memory on loan keeps the state alive, and the state the context it must be released to.
-  State(cl_context context, size_t largest_buffer, size_t limit)
-      : context(context), largest_buffer(largest_buffer), limit(limit) {
+  State(cl_context context, std::string device, size_t largest_buffer, size_t limit)
+      : context(context), device(std::move(device)), largest_buffer(largest_buffer), limit(limit) {
     clRetainContext(context);
   }
   State(const State&) = delete;
@@ -43,8 +44,8 @@ size_t memory_size_class(size_t bytes) {
   return (bytes + step - 1) / step * step;
 }
 
-MemoryPool::MemoryPool(cl_context context, size_t largest_buffer, size_t limit)
-    : state_(std::make_shared<State>(context, largest_buffer, limit)) {}
+MemoryPool::MemoryPool(cl_context context, std::string device, size_t largest_buffer, size_t limit)
+    : state_(std::make_shared<State>(context, std::move(device), largest_buffer, limit)) {}
 
 MemoryPool::~MemoryPool() = default;
 
@@ -58,9 +59,9 @@ std::shared_ptr<Memory> MemoryPool::acquire(size_t bytes) {
   } else {
     if (size > state.largest_buffer) {
       throw Error::format(
-          "device out of memory: one buffer of {} MiB was asked for, the device allows {} MiB; lower the resolution, "
-          "the width or views_per_step",
-          size >> 20, state.largest_buffer >> 20);
+          "device out of memory: one buffer of {} MiB was asked for, {} allows {} MiB; lower net.resolution, net.width "
+          "or train.views_per_step",
+          size >> 20, state.device, state.largest_buffer >> 20);
     }
     const auto over_limit = [&] { return state.limit && state.statistics.bytes_held + size > state.limit; };
     cl_int status = CL_MEM_OBJECT_ALLOCATION_FAILURE;
@@ -72,10 +73,11 @@ std::shared_ptr<Memory> MemoryPool::acquire(size_t bytes) {
     }
     if (!handle) {
       throw Error::format(
-          "device out of memory: {} MiB asked for, {} MiB in use{} (OpenCL status {}); lower the resolution, the width "
-          "or views_per_step, or choose another --device",
-          (size >> 20) + 1, state.statistics.bytes_in_use >> 20,
-          state.limit ? fmt::format(", limit {} MiB", state.limit >> 20) : std::string(), status);
+          "device out of memory: {} MiB asked for, {} MiB in use on {} ({}); lower net.resolution, net.width or "
+          "train.views_per_step, or {}",
+          (size >> 20) + 1, state.statistics.bytes_in_use >> 20, state.device,
+          over_limit() ? fmt::format("--memory-limit {} MiB", state.limit >> 20) : fmt::format("OpenCL status {}", status),
+          over_limit() ? "raise the limit" : "choose another --device");
     }
     ++state.statistics.device_allocations;
     state.statistics.bytes_held += size;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace degas {
@@ -35,8 +36,9 @@ class MemoryPool {
     size_t peak_bytes_in_use = 0;
   };
 
-  /// largest_buffer: CL_DEVICE_MAX_MEM_ALLOC_SIZE; limit: bytes the pool may hold in all (0: the driver decides).
-  MemoryPool(cl_context context, size_t largest_buffer, size_t limit);
+  /// device: its name, for messages; largest_buffer: CL_DEVICE_MAX_MEM_ALLOC_SIZE; limit: bytes the pool may hold in
+  /// all (0: the driver decides).
+  MemoryPool(cl_context context, std::string device, size_t largest_buffer, size_t limit);
   ~MemoryPool();
   MemoryPool(const MemoryPool&) = delete;
   MemoryPool& operator=(const MemoryPool&) = delete;

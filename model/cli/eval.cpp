@@ -73,7 +73,7 @@ void add_eval_command(CLI::App& app) {
   command->add_option("--frames", options->frames, "Frames, e.g. 0,4,8:20:2 (default: all)");
   command->add_option("--out", options->output, "Folder to write")->required();
   command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
-  add_device_option(*command, options->device);
+  add_device_options(*command, options->device);
   command->callback([options] { evaluate_run(*options); });
 }
 

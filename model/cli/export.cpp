@@ -27,7 +27,7 @@ void add_export_command(CLI::App& app) {
   command->add_option("--frame", options->frame, "Frame of the capture")->required();
   command->add_option("--out", options->output, "File to write, e.g. avatar.ply")->required();
   command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
-  add_device_option(*command, options->device);
+  add_device_options(*command, options->device);
   command->callback([options] {
     Device device(options->device.options());
     TrainedAvatar avatar(device, RunFolder(options->run));

@@ -86,7 +86,7 @@ void add_render_command(CLI::App& app) {
   command->add_option("--fps", options->frames_per_second, "Frames per second of the video")->capture_default_str();
   command->add_option("--out", options->output, "VIDEO.mp4, or a folder for PNG files")->required();
   command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
-  add_device_option(*command, options->device);
+  add_device_options(*command, options->device);
   command->callback([options] { render(*options); });
 }
 

@@ -26,9 +26,14 @@ std::optional<int> number(const std::string& text) {
 
 }  // namespace
 
-void add_device_option(CLI::App& command, DeviceChoice& choice) {
+void add_device_options(CLI::App& command, DeviceChoice& choice) {
   command.add_option("--device", choice.selector,
                      "Index or part of the name, see `degas devices` (default: the largest GPU, else the CPU)");
+  command
+      .add_option("--memory-limit", choice.memory_limit_mib,
+                  "MiB of device memory that may be taken; more than that ends the command with an\n"
+                  "error (default: as much as the device has)")
+      ->check(CLI::Range(size_t{1}, size_t{1} << 30));
 }
 
 CaptureOptions capture_options(const Config& config, const std::filesystem::path& cache) {

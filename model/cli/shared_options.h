@@ -11,16 +11,18 @@
 
 namespace degas {
 
-/// --device, as every command that computes has it.
+/// --device and --memory-limit, as every command that computes has them.
 struct DeviceChoice {
   std::string selector;
+  size_t memory_limit_mib = 0;
   DeviceOptions options() const {
     DeviceOptions options;
     options.selector = selector;
+    options.memory_limit = memory_limit_mib << 20;
     return options;
   }
 };
-void add_device_option(CLI::App& command, DeviceChoice& choice);
+void add_device_options(CLI::App& command, DeviceChoice& choice);
 
 /// How a config wants its capture opened; an empty cache folder means the user's.
 CaptureOptions capture_options(const Config& config, const std::filesystem::path& cache);

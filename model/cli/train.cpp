@@ -121,7 +121,7 @@ void add_train_command(CLI::App& app) {
   command->add_flag("--resume", options->resume, "Continue RUN's checkpoint; starts anew where there is none");
   command->add_flag("--profile", options->profile, "Print the time of every kernel, launches and milliseconds a step");
   command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
-  add_device_option(*command, options->device);
+  add_device_options(*command, options->device);
   command->callback([options] { train(*options); });
 }
 

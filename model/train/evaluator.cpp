@@ -2,7 +2,7 @@
 
 #include <chrono>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 
 #include "host/error.h"
 #include "host/io/file_bytes.h"
@@ -72,7 +72,7 @@ std::vector<LpipsLayer> lpips_layers_if_any(const LossConfig& loss) {
 EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture& capture,
                            const EvaluationOptions& options, const std::function<void(int done, int total)>& progress) {
   for (const char* folder : {"truth", "render", "sheets"}) fs::create_directories(options.output / folder);
-  std::ofstream csv(options.output / "per_frame.csv");
+  std::ostringstream csv;  // written at the end: an evaluation that fails leaves the files of an earlier one
   csv << "camera,frame,refined,psnr,ssim,lpips,person_psnr,person_ssim,person_lpips,face_psnr,face_ssim,face_lpips\n";
 
   const QualityMeter meter(device, lpips_layers_if_any(avatar.config().loss));
@@ -157,9 +157,8 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
   metrics["fps"] = 1000.0 / (decode_ms.json().get<double>() + render_ms.json().get<double>());
   metrics["device"] = device.description().name;
   metrics["steps"] = avatar.steps_trained();
-  csv.close();
-  if (!csv) throw Error::format("{}: cannot be written", (options.output / "per_frame.csv").string());
-  const std::string text = metrics.dump(2) + '\n';
+  const std::string table = csv.str(), text = metrics.dump(2) + '\n';
+  write_file_atomically(options.output / "per_frame.csv", std::as_bytes(std::span<const char>(table)));
   write_file_atomically(options.output / "metrics.json", std::as_bytes(std::span<const char>(text)));
   return summary;
 }

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -37,5 +40,22 @@ struct TrainCommand {
   }
   ProgramResult operator()() const { return run_program(arguments(), environment); }
 };
+
+/// Refused as users should be: exit code 2 and one line, which holds all the parts.
+inline void check_refused(const ProgramResult& result, const std::vector<std::string>& parts) {
+  CAPTURE(result.errors, result.output, result.ended_by);
+  CHECK(result.exit_code == 2);
+  CHECK(result.errors.rfind("degas: ", 0) == 0);
+  CHECK(std::count(result.errors.begin(), result.errors.end(), '\n') == 1);
+  CHECK(result.errors.find("internal") == std::string::npos);
+  for (const std::string& part : parts) CHECK_THAT(result.errors, Catch::Contains(part));
+}
+
+/// The bytes of every file in a folder, by name.
+inline std::map<std::string, std::string> files_of(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) files[entry.path().filename()] = file_text(entry.path());
+  return files;
+}
 
 }  // namespace degas::test

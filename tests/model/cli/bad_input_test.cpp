@@ -20,16 +20,6 @@ Config short_config() {
   return config;
 }
 
-/// Refused as users should be: exit code 2 and one line, which holds all the parts.
-void check_refused(const ProgramResult& result, const std::vector<std::string>& parts) {
-  CAPTURE(result.errors, result.output, result.ended_by);
-  CHECK(result.exit_code == 2);
-  CHECK(result.errors.rfind("degas: ", 0) == 0);
-  CHECK(std::count(result.errors.begin(), result.errors.end(), '\n') == 1);
-  CHECK(result.errors.find("internal") == std::string::npos);
-  for (const std::string& part : parts) CHECK_THAT(result.errors, Contains(part));
-}
-
 /// A copy of the scene's training sequence that a test may spoil.
 fs::path copied_capture(const TemporaryFolder& folder) {
   fs::copy(training_scene() / "P1C1", folder / "capture", fs::copy_options::recursive);
@@ -56,12 +46,6 @@ void replace_video(const fs::path& capture, const std::string& camera, int frame
     writer.write(picture);
   }
   writer.finish();
-}
-
-std::map<std::string, std::string> files_of(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder)) files[entry.path().filename()] = file_text(entry.path());
-  return files;
 }
 
 }  // namespace
