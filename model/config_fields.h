@@ -51,6 +51,7 @@ void visit_fields(NetConfig& config, Visitor& visit) {
   FIELD(use_pvm);
   FIELD(use_pve);
   FIELD(use_face_code);
+  FIELD(use_world_normals);
   FIELD(static_maps);
   FIELD(joint_masks);
   FIELD(untied_bias);

@@ -54,6 +54,18 @@ Matrix3d rotation_from_axis_angle(const Vector3d& axis_angle) {
   return Eigen::AngleAxisd(angle, axis_angle / angle).toRotationMatrix();
 }
 
+std::vector<Vector3d> vertex_normals(const std::vector<std::array<int, 3>>& faces,
+                                     const std::vector<Vector3d>& vertices) {
+  std::vector<Vector3d> normals(vertices.size(), Vector3d::Zero());
+  for (const std::array<int, 3>& face : faces) {
+    const Vector3d corner = vertices[face[0]];
+    const Vector3d twice_area = (vertices[face[1]] - corner).cross(vertices[face[2]] - corner);
+    for (const int vertex : face) normals[vertex] += twice_area;
+  }
+  for (Vector3d& normal : normals) normal.normalize();
+  return normals;
+}
+
 void BodyModel::check(const Pose& pose) const {
   if (static_cast<int>(pose.axis_angles.size()) != joint_count()) {
     throw Error::format(

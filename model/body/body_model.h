@@ -112,4 +112,8 @@ class BodyModel {
 /// Rotation by an axis-angle vector (Rodrigues), exact near zero.
 Eigen::Matrix3d rotation_from_axis_angle(const Eigen::Vector3d& axis_angle);
 
+/// Area-weighted means of the normals of a vertex's triangles, unit length; zero where the area is.
+std::vector<Eigen::Vector3d> vertex_normals(const std::vector<std::array<int, 3>>& faces,
+                                            const std::vector<Eigen::Vector3d>& vertices);
+
 }  // namespace degas

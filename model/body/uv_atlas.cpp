@@ -79,12 +79,12 @@ std::vector<float> UvAtlas::map(std::span<const float> values, int channels) con
   return result;
 }
 
-std::vector<float> UvAtlas::posed_vertex_map(const std::vector<Eigen::Vector3d>& posed_vertices) const {
-  if (posed_vertices.size() != vertex_count_) {
-    throw std::logic_error(fmt::format("[uv_atlas] {} posed vertices for {}", posed_vertices.size(), vertex_count_));
+std::vector<float> UvAtlas::map(const std::vector<Eigen::Vector3d>& vectors) const {
+  if (vectors.size() != vertex_count_) {
+    throw std::logic_error(fmt::format("[uv_atlas] {} vectors for {} vertices", vectors.size(), vertex_count_));
   }
-  std::vector<Eigen::Vector3f> vertices(posed_vertices.size());
-  for (size_t v = 0; v < vertices.size(); ++v) vertices[v] = posed_vertices[v].cast<float>();
+  std::vector<Eigen::Vector3f> vertices(vectors.size());
+  for (size_t v = 0; v < vertices.size(); ++v) vertices[v] = vectors[v].cast<float>();
   std::vector<float> result(texels_.size() * 3, 0.f);
   for (const int index : covered_) {
     const Texel& texel = texels_[index];

@@ -30,8 +30,8 @@ class UvAtlas {
 
   /// Interpolates a (V, channels) quantity of the vertices: (R, R, channels), zero where nothing is covered.
   std::vector<float> map(std::span<const float> values, int channels) const;
-  /// The posed body as an image of positions in metres, (R, R, 3).
-  std::vector<float> posed_vertex_map(const std::vector<Eigen::Vector3d>& posed_vertices) const;
+  /// The same of a vector per vertex: positions in metres make the posed vertex map, (R, R, 3).
+  std::vector<float> map(const std::vector<Eigen::Vector3d>& vectors) const;
 
  private:
   int resolution_;

@@ -14,7 +14,12 @@ DrivingSignal make_driving_signal(const BodyModel& body, const UvAtlas& atlas, c
   for (size_t joint = 1; joint < signal.pose.axis_angles.size(); ++joint) {
     for (double angle : signal.pose.axis_angles[joint]) signal.joint_angles.push_back(static_cast<float>(angle));
   }
-  signal.posed_vertex_map = atlas.posed_vertex_map(body.posed_vertices(signal.pose, betas, false));
+  const std::vector<Eigen::Vector3d> vertices = body.posed_vertices(signal.pose, betas, false);
+  signal.posed_vertex_map = atlas.map(vertices);
+  const Eigen::Matrix3d global_rotation = rotation_from_axis_angle(signal.pose.axis_angles[0]);
+  std::vector<Eigen::Vector3d> normals = vertex_normals(body.faces(), vertices);
+  for (Eigen::Vector3d& normal : normals) normal = global_rotation * normal;
+  signal.world_normals = atlas.map(normals);
   signal.face_code = std::move(face_code);
   return signal;
 }

@@ -13,6 +13,7 @@ struct DrivingSignal {
   Pose pose;                            ///< jaw and expression neutral: the face signal alone moves the face
   std::vector<float> joint_angles;      ///< theta: axis-angles of joints 1 .. J-1, radians, (J-1) * 3
   std::vector<float> posed_vertex_map;  ///< (R, R, 3), metres
+  std::vector<float> world_normals;     ///< (R, R, 3), of the posed surface with its global rotation; unit at vertices
   std::vector<float> face_code;         ///< as the caller gives it
 };
 

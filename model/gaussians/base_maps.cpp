@@ -16,11 +16,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Area-weighted axes, not normalised: `normals` of the mesh's vertices, `tangents` of the texture's.
-struct VertexAxes {
-  std::vector<Vector3d> normals, tangents;
-};
-
 /// The edge of the triangle that runs most along u, towards +u.
 Vector3d tangent_edge(const std::array<Vector3d, 3>& corners, const std::array<Vector2d, 3>& texture) {
   double most = -1;
@@ -35,9 +30,9 @@ Vector3d tangent_edge(const std::array<Vector3d, 3>& corners, const std::array<V
   return edge;
 }
 
-VertexAxes vertex_axes(const BodyModel& body, const std::vector<Vector3d>& vertices) {
-  VertexAxes axes{std::vector<Vector3d>(vertices.size(), Vector3d::Zero()),
-                  std::vector<Vector3d>(body.texture_coordinates().size(), Vector3d::Zero())};
+/// Area-weighted unit tangents of the texture's vertices.
+std::vector<Vector3d> texture_tangents(const BodyModel& body, const std::vector<Vector3d>& vertices) {
+  std::vector<Vector3d> tangents(body.texture_coordinates().size(), Vector3d::Zero());
   for (int t = 0; t < body.face_count(); ++t) {
     const std::array<int, 3>&face = body.faces()[t], &texture_face = body.texture_faces()[t];
     std::array<Vector3d, 3> corners;
@@ -46,16 +41,12 @@ VertexAxes vertex_axes(const BodyModel& body, const std::vector<Vector3d>& verti
       corners[k] = vertices[face[k]];
       texture[k] = body.texture_coordinates()[texture_face[k]];
     }
-    const Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);  // twice the area
-    const Vector3d tangent = normal.norm() * tangent_edge(corners, texture).normalized();
-    for (int k = 0; k < 3; ++k) {
-      axes.normals[face[k]] += normal;
-      axes.tangents[texture_face[k]] += tangent;
-    }
+    const double twice_area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+    const Vector3d tangent = twice_area * tangent_edge(corners, texture).normalized();
+    for (int k = 0; k < 3; ++k) tangents[texture_face[k]] += tangent;
   }
-  for (Vector3d& normal : axes.normals) normal.normalize();
-  for (Vector3d& tangent : axes.tangents) tangent.normalize();
-  return axes;
+  for (Vector3d& tangent : tangents) tangent.normalize();
+  return tangents;
 }
 
 /// The rotation whose z is `normal` and whose x is nearest to `tangent`, as a quaternion with w >= 0. Any x will do
@@ -129,7 +120,8 @@ BaseMaps make_base_maps(const BodyModel& body, const std::vector<double>& betas,
                         atlas.covered().size(), atlas.resolution(), atlas.resolution());
   }
   const std::vector<Vector3d> vertices = body.canonical_vertices(betas, {});
-  const VertexAxes axes = vertex_axes(body, vertices);
+  const std::vector<Vector3d> normals = vertex_normals(body.faces(), vertices);
+  const std::vector<Vector3d> tangents = texture_tangents(body, vertices);
   BaseMaps maps;
   maps.resolution = atlas.resolution();
   maps.covered.assign(atlas.covered().begin(), atlas.covered().end());
@@ -139,8 +131,8 @@ BaseMaps make_base_maps(const BodyModel& body, const std::vector<double>& betas,
     Vector3d point = Vector3d::Zero(), normal = Vector3d::Zero(), tangent = Vector3d::Zero();
     for (int k = 0; k < 3; ++k) {
       point += texel.barycentric[k] * vertices[body.faces()[texel.triangle][k]];
-      normal += texel.barycentric[k] * axes.normals[body.faces()[texel.triangle][k]];
-      tangent += texel.barycentric[k] * axes.tangents[body.texture_faces()[texel.triangle][k]];
+      normal += texel.barycentric[k] * normals[body.faces()[texel.triangle][k]];
+      tangent += texel.barycentric[k] * tangents[body.texture_faces()[texel.triangle][k]];
     }
     const Eigen::Quaterniond rotation = frame(normal, tangent);
     points.push_back(point);

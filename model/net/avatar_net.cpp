@@ -13,7 +13,8 @@ namespace degas {
 namespace {
 
 NetConfig without_inputs_if_static(NetConfig config) {
-  if (config.static_maps) config.use_pose_embedding = config.use_pvm = config.use_pve = config.use_face_code = false;
+  if (config.static_maps) config.use_pose_embedding = config.use_pvm = config.use_pve = config.use_face_code =
+        config.use_world_normals = false;
   return config;
 }
 
@@ -41,7 +42,7 @@ AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size
     }
     channels += pose_.emplace(context, joint_masks).channels();
   }
-  if (config_.use_pvm) channels += posed_vertex_map_.emplace(context).channels();
+  if (config_.use_pvm) channels += posed_vertex_map_.emplace(context, "pvm").channels();
   if (config_.use_pve) channels += posed_vertex_.emplace(context).channels();
   if (config_.use_face_code) {
     if (face_code_size < 1)
@@ -55,6 +56,7 @@ AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size
                scaled(config_.pve_decoder_channels.back());
     constant_ = store_.create_uniform("constant", {1, side, side, channels}, 1);
   }
+  if (config_.use_world_normals) channels += world_normals_.emplace(context, "world_normals").channels();
   joint_.emplace(context, "joint", ResBlock::Shape{channels, scaled(config_.joint_channels), side});
   decoder_.emplace(context, scaled(config_.joint_channels));
 }
@@ -66,6 +68,7 @@ Tensor AvatarNet::inject_face(Tape& tape, const Tensor& map, const Tensor& face_
 AvatarNet::Encoding AvatarNet::encode(Tape& tape, const Inputs& inputs, std::optional<uint64_t> noise_seed) const {
   const int64_t map_size = int64_t{3} * config_.resolution * config_.resolution;
   if (posed_vertex_map_ || posed_vertex_) require_shape("posed_vertex_map", inputs.posed_vertex_map, map_size);
+  if (world_normals_) require_shape("world_normals", inputs.world_normals, map_size);
   Tensor face_map;
   if (face_) {
     require_shape("face_code", inputs.face_code, face_code_size_);
@@ -90,6 +93,7 @@ AvatarNet::Encoding AvatarNet::encode(Tape& tape, const Inputs& inputs, std::opt
     maps.push_back(inject_face(tape, posed_vertex_->decode(tape, latent, noise), face_map));
   }
   if (constant_.defined()) maps.push_back(inject_face(tape, constant_, face_map));
+  if (world_normals_) maps.push_back((*world_normals_)(tape, inputs.world_normals));
   encoding.joint_feature = (*joint_)(tape, concat_channels(tape, maps));
   return encoding;
 }

@@ -16,13 +16,15 @@ namespace degas {
 /// the posed-vertex encoder ends there; the lists of channels, given for R = 512, are cut or extended as encoder_levels
 /// and decoder_levels say. The face map replaces the top-left quarter (the head's place in the UV layout) of each map.
 /// Where every map is switched off, a trained constant stands in their place: with the face code off too (static_maps)
-/// the output depends on no input.
+/// the output depends on no input. The world's normals join behind the face map, which does not cover them: the light
+/// falls on the face as on the rest.
 class AvatarNet {
  public:
   struct Inputs {
     Tensor posed_vertex_map;  ///< (1, R, R, 3) metres, 0 where no texel is covered; for use_pvm and use_pve
     Tensor pose;              ///< (3 J) axis-angles of the joints after the root; for use_pose_embedding
     Tensor face_code;         ///< (face_code_size); for use_face_code
+    Tensor world_normals;     ///< (1, R, R, 3) unit vectors, 0 where no texel is covered; for use_world_normals
   };
   struct Encoding {
     Tensor joint_feature;  ///< (1, R/8, R/8, joint_channels)
@@ -51,8 +53,9 @@ class AvatarNet {
   int face_code_size_;
   ParameterStore store_;
   std::optional<PoseEmbedding> pose_;
-  std::optional<PosedVertexMapEncoder> posed_vertex_map_;
+  std::optional<VectorMapEncoder> posed_vertex_map_;
   std::optional<PosedVertexEncoder> posed_vertex_;
+  std::optional<VectorMapEncoder> world_normals_;
   std::optional<CodeDecoder> face_;
   Tensor constant_;
   std::optional<ResBlock> joint_;

@@ -68,13 +68,13 @@ std::vector<int> decoder_levels(const std::vector<int>& channels, int levels, do
   return scaled(result, width);
 }
 
-PosedVertexMapEncoder::PosedVertexMapEncoder(const BlockContext& context)
-    : downs_(make_downs(context, "pvm", 3, context.config.resolution,
+VectorMapEncoder::VectorMapEncoder(const BlockContext& context, const std::string& name)
+    : downs_(make_downs(context, name, 3, context.config.resolution,
                         scaled(context.config.pvm_channels, context.config.width))),
       channels_(scaled_channels(context.config.pvm_channels.back(), context.config.width)) {}
 
-Tensor PosedVertexMapEncoder::operator()(Tape& tape, const Tensor& posed_vertex_map) const {
-  Tensor map = posed_vertex_map;
+Tensor VectorMapEncoder::operator()(Tape& tape, const Tensor& vectors) const {
+  Tensor map = vectors;
   for (const ResBlock& down : downs_) map = down(tape, map);
   return map;
 }

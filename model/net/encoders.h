@@ -17,11 +17,12 @@ std::vector<int> decoder_levels(const std::vector<int>& channels, int levels, do
 /// log2(size / 4): halvings from `size` to the bottleneck's side of 4.
 int levels_above_bottleneck(int size);
 
-/// Convolutions down to R / 8: posed vertex map (1, R, R, 3) -> (1, R/8, R/8, pvm_channels.back()).
-class PosedVertexMapEncoder {
+/// Convolutions down to R / 8 of a map of vectors on the surface, the posed vertices or the world's normals:
+/// (1, R, R, 3) -> (1, R/8, R/8, pvm_channels.back()).
+class VectorMapEncoder {
  public:
-  explicit PosedVertexMapEncoder(const BlockContext& context);
-  Tensor operator()(Tape& tape, const Tensor& posed_vertex_map) const;
+  VectorMapEncoder(const BlockContext& context, const std::string& name);
+  Tensor operator()(Tape& tape, const Tensor& vectors) const;
   int channels() const { return channels_; }
 
  private:

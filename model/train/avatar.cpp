@@ -47,7 +47,8 @@ DrivingSignal Avatar::signal(const Capture& capture, int frame, std::vector<floa
 Avatar::Signal Avatar::upload(const DrivingSignal& signal) const {
   const int64_t side = atlas_.resolution();
   return {{Tensor::from(device_, {1, side, side, 3}, std::span<const float>(signal.posed_vertex_map)),
-           upload_vector(device_, signal.joint_angles), upload_vector(device_, signal.face_code)},
+           upload_vector(device_, signal.joint_angles), upload_vector(device_, signal.face_code),
+           Tensor::from(device_, {1, side, side, 3}, std::span<const float>(signal.world_normals))},
           make_device_pose(device_, signal.pose)};
 }
 

@@ -79,7 +79,7 @@ TEST_CASE("maps interpolate vertices and are zero elsewhere") {
     values.push_back(static_cast<float>(vertex.x()));
     values.push_back(static_cast<float>(3 - vertex.y()));
   }
-  const std::vector<float> map = atlas.map(values, 2), positions = atlas.posed_vertex_map(vertices);
+  const std::vector<float> map = atlas.map(values, 2), positions = atlas.map(vertices);
   REQUIRE(map.size() == 33 * 33 * 2);
   REQUIRE(positions.size() == 33 * 33 * 3);
   for (int i = 0; i < 33 * 33; ++i) {
@@ -92,7 +92,7 @@ TEST_CASE("maps interpolate vertices and are zero elsewhere") {
     if (!covered) CHECK(positions[3 * i + 2] == 0);
   }
   CHECK_THROWS_AS(atlas.map(values, 3), std::logic_error);
-  CHECK_THROWS_AS(atlas.posed_vertex_map({}), std::logic_error);
+  CHECK_THROWS_AS(atlas.map(std::vector<Eigen::Vector3d>()), std::logic_error);
 }
 
 TEST_CASE("a joint mask is where its joint has weight") {

@@ -34,7 +34,7 @@ AvatarNet make_net(Device& device, const NetConfig& config, uint64_t seed = 1) {
 
 AvatarNet::Inputs random_inputs(Device& device, unsigned seed) {
   return {random_tensor(device, {1, 128, 128, 3}, seed), random_tensor(device, {3 * joints}, seed + 1),
-          random_tensor(device, {code_size}, seed + 2)};
+          random_tensor(device, {code_size}, seed + 2), random_tensor(device, {1, 128, 128, 3}, seed + 3)};
 }
 
 std::vector<double> feature(AvatarNet& net, const AvatarNet::Inputs& inputs, std::optional<uint64_t> noise_seed = {}) {
@@ -146,10 +146,34 @@ TEST_CASE("switches remove their part and leave the others' initial values") {
   }
 }
 
+TEST_CASE("world normals reach the face, where the face map hides the posed vertex map") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const AvatarNet::Inputs inputs = random_inputs(device, 10), others = random_inputs(device, 20);
+  NetConfig config = small_config();
+  AvatarNet without = make_net(device, config);
+  config.use_world_normals = true;
+  AvatarNet with = make_net(device, config);
+  CHECK(with.parameters().find("pvm.0.first.v").to_host<double>() ==
+        without.parameters().find("pvm.0.first.v").to_host<double>());
+  AvatarNet::Inputs other_normals = inputs, other_vertices = inputs;
+  other_normals.world_normals = others.world_normals;
+  other_vertices.posed_vertex_map = others.posed_vertex_map;
+  CHECK(feature(without, inputs) == feature(without, other_normals));
+  // The middle of the top-left quarter of the joint feature: three texels from every other quarter.
+  const int side = config.resolution / 8;
+  const auto face = [&](const AvatarNet::Inputs& seen) {
+    const std::vector<double> all = feature(with, seen);
+    const size_t channels = all.size() / (side * side), texel = (side / 4) * side + side / 4;
+    return std::vector<double>(all.begin() + texel * channels, all.begin() + (texel + 1) * channels);
+  };
+  CHECK(face(inputs) == face(other_vertices));
+  CHECK(face(inputs) != face(other_normals));
+}
+
 TEST_CASE("static maps depend on no input and still train") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   NetConfig config = small_config();
-  config.static_maps = true;
+  config.static_maps = config.use_world_normals = true;
   AvatarNet net = make_net(device, config);
   const std::vector<double> maps = all_maps(net, random_inputs(device, 10));
   CHECK(maps == all_maps(net, random_inputs(device, 20)));
@@ -159,6 +183,7 @@ TEST_CASE("static maps depend on no input and still train") {
   for (const double value : net.parameters().find("constant").gradient().to_host<double>())
     REQUIRE(std::isfinite(value));
   NetConfig with_face = small_config();
+  with_face.use_world_normals = true;  // beside the constant, which carries the face map
   with_face.use_pose_embedding = with_face.use_pvm = with_face.use_pve = false;
   AvatarNet face_only = make_net(device, with_face);
   CHECK(feature(face_only, random_inputs(device, 10)) != feature(face_only, random_inputs(device, 20)));

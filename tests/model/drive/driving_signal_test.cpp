@@ -1,0 +1,83 @@
+#include "model/drive/driving_signal.h"
+
+#include <Eigen/Geometry>
+
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_devices.h"
+#include "tests/support/tiny_body.h"
+
+using namespace degas;
+using namespace degas::test;
+using Eigen::Vector3d;
+
+namespace {
+
+Pose random_pose(const BodyModel& body) {
+  const std::vector<double> values = random_values(3 * body.joint_count() + 3, 7, -0.5, 0.5);
+  Pose pose;
+  for (int j = 0; j < body.joint_count(); ++j) {
+    pose.axis_angles.emplace_back(values[3 * j], values[3 * j + 1], values[3 * j + 2]);
+  }
+  pose.translation = Eigen::Map<const Vector3d>(values.data() + 3 * body.joint_count());
+  pose.expression = random_values(body.expression_count(), 8, -1, 1);
+  return pose;
+}
+
+}  // namespace
+
+TEST_CASE("the face code alone moves the face, and the global motion only turns the normals") {
+  const TemporaryFolder folder;
+  write_tiny_body(folder.path() / "body.npz");
+  const BodyModel body = BodyModel::load(folder.path() / "body.npz");
+  const UvAtlas atlas(body, 32);
+  const Pose pose = random_pose(body);
+  const DrivingSignal signal = make_driving_signal(body, atlas, pose, {}, {1, 2, 3});
+  CHECK(signal.face_code == std::vector<float>{1, 2, 3});
+
+  Pose other_face = pose;
+  other_face.axis_angles[JawJoint] += Vector3d(0.3, 0, 0);
+  other_face.expression[0] += 1;
+  const DrivingSignal same = make_driving_signal(body, atlas, other_face, {}, {1, 2, 3});
+  CHECK(same.posed_vertex_map == signal.posed_vertex_map);
+  CHECK(same.joint_angles == signal.joint_angles);
+  CHECK(same.world_normals == signal.world_normals);
+
+  Pose turned = pose;
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.8, Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  const Eigen::AngleAxisd global(turn * rotation_from_axis_angle(pose.axis_angles[0]));
+  turned.axis_angles[0] = global.angle() * global.axis();
+  turned.translation += Vector3d(1, 2, 3);
+  const DrivingSignal moved = make_driving_signal(body, atlas, turned, {}, {1, 2, 3});
+  CHECK(moved.posed_vertex_map == signal.posed_vertex_map);
+  CHECK(moved.joint_angles == signal.joint_angles);
+  for (const int texel : atlas.covered()) {
+    const Eigen::Map<const Eigen::Vector3f> before(&signal.world_normals[3 * texel]);
+    const Eigen::Map<const Eigen::Vector3f> after(&moved.world_normals[3 * texel]);
+    CHECK((after.cast<double>() - turn * before.cast<double>()).norm() < 1e-5);
+  }
+}
+
+TEST_CASE("world normals are those of the surface that linear blend skinning puts into the world") {
+  const TemporaryFolder folder;
+  write_tiny_body(folder.path() / "body.npz");
+  const BodyModel body = BodyModel::load(folder.path() / "body.npz");
+  const UvAtlas atlas(body, 32);
+  const Pose pose = neutral_face(random_pose(body));
+  const std::vector<Vector3d> vertices = body.posed_vertices(pose, {}, true);
+  const DrivingSignal signal = make_driving_signal(body, atlas, pose, {}, {});
+  // Plain loop: the sum of the triangles' area vectors around each corner.
+  for (const int index : atlas.covered()) {
+    const Texel& texel = atlas.texels()[index];
+    Vector3d expected = Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) {
+      const int vertex = body.faces()[texel.triangle][k];
+      Vector3d sum = Vector3d::Zero();
+      for (const auto& [a, b, c] : body.faces()) {
+        if (a != vertex && b != vertex && c != vertex) continue;
+        sum += (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
+      }
+      expected += texel.barycentric[k] * sum.normalized();
+    }
+    for (int c = 0; c < 3; ++c) CHECK(signal.world_normals[3 * index + c] == Approx(expected[c]).margin(1e-5));
+  }
+}
