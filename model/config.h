@@ -34,9 +34,9 @@ struct NetConfig {
   bool use_pvm = true;             ///< ablation: the convolutional encoding of the posed vertex map
   bool use_pve = true;             ///< ablation: the posed vertex map through the bottleneck z
   bool use_face_code = true;       ///< ablation: the expression code
-  bool use_world_normals = false;  ///< also the surface's normals in the world: shading under the studio's fixed lights,
-                                   ///< which the paper's signals, free of the global rotation, cannot tell
-  bool static_maps = false;        ///< all of them off: one set of maps for every pose and face, the mesh-bound baseline
+  bool use_world_normals = false;  ///< also the surface's normals in the world: shading under the studio's fixed
+                                   ///< lights, which the paper's signals, free of the global rotation, cannot tell
+  bool static_maps = false;  ///< all of them off: one set of maps for every pose and face, the mesh-bound baseline
   JointMasks joint_masks = JointMasks::Joint;  ///< joint | modulo | none
   bool untied_bias = true;                     ///< one bias per texel and channel rather than per channel
   int untied_bias_max_resolution = 1 << 20;    ///< layers with a larger side have tied biases (saves memory)
