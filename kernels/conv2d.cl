@@ -16,6 +16,7 @@
 // Launch gather: (panels * groups, items over the pixels of a phase, phases); local size free, {1, 1, 1} on CPUs.
 #include "common/prefetch.cl"
 #include "common/real.cl"
+#include "common/tail.cl"
 
 #define PANEL (VECTORS * V)
 
@@ -31,29 +32,34 @@ typedef struct {
   int bias_kind;                                           // 0 none, 1 per channel, 2 per target position and channel
 } Gather;
 
-inline REALV load_lanes(global const REAL* from, int lanes) {
-#if V == 1
-  return from[0];
-#else
-  if (lanes >= V) return LOAD_VECTOR(0, from);
-  REAL values[V];
-  for (int lane = 0; lane < V; ++lane) values[lane] = lane < lanes ? from[lane] : (REAL)0;
-  return LOAD_VECTOR(0, values);
-#endif
+// sum[p][v] += corner[p][at + k] * (vector v of line k of w), k = 0 .. run - 1
+inline void multiply_add(REALV sum[PIXELS][VECTORS], global const REAL* const corner[PIXELS], const long at,
+                         global const REAL* w, const int run, const int row_stride) {
+  for (int k = 0; k < run; ++k, w += row_stride) {
+    REALV factor[VECTORS];
+#pragma unroll
+    for (int v = 0; v < VECTORS; ++v) factor[v] = LOAD_VECTOR(v, w);
+#pragma unroll
+    for (int p = 0; p < PIXELS; ++p) {
+#pragma unroll
+      for (int v = 0; v < VECTORS; ++v) sum[p][v] = fma((REALV)(corner[p][at + k]), factor[v], sum[p][v]);
+    }
+  }
 }
 
-inline void store_lanes(REALV value, global REAL* to, int lanes) {
-#if V == 1
-  to[0] = value;
-#else
-  if (lanes >= V) {
-    STORE_VECTOR(value, 0, to);
-    return;
+// One pixel's `lanes` channels (more stand for all of the panel) with bias and activation.
+inline void finish_pixel(const REALV sum[VECTORS], global const REAL* bias, const bool has_bias, global REAL* target,
+                         const int lanes, const REAL negative_slope) {
+  // No break in loops over sums: these stay in registers only if every loop unrolls in full.
+#pragma unroll
+  for (int v = 0; v < VECTORS; ++v) {
+    if (v * V < lanes) {
+      REALV value = sum[v];
+      if (has_bias) value += load_tail(bias + v * V, lanes - v * V);
+      value = value > 0 ? value : value * negative_slope;
+      store_tail(value, target + v * V, lanes - v * V);
+    }
   }
-  REAL values[V];
-  STORE_VECTOR(value, 0, values);
-  for (int lane = 0; lane < lanes; ++lane) to[lane] = values[lane];
-#endif
 }
 
 // zeros: kernel * source channels / group of them, read in place of pixels outside the source.
@@ -77,101 +83,114 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
 
   const int channel = group * target_depth + panel * PANEL;
   const int lanes = target_depth - panel * PANEL;
-  global const REAL* const weights = weight + (long)group * s.group_stride + (long)panel * s.panel_stride;
+  // The phase's own corner of each array.
+  global const REAL* const sources = source + group * source_depth;
+  global const REAL* const weights = weight + (long)group * s.group_stride + (long)panel * s.panel_stride +
+                                     (long)(tap_y * s.kernel_size + tap_x) * s.tap_stride;
+  global const REAL* const biases = bias + channel;
+  global REAL* const targets = target + channel;
+  const bool has_bias = s.bias_kind != 0;
+  const int bias_stride = s.bias_kind == 2 ? s.target_channels : 0;
+  const long source_line = (long)s.source_width * s.source_channels;
+  const long weight_line = (long)s.target_step * s.kernel_size * s.tap_stride;
+  const int weight_column = s.target_step * s.tap_stride;
+  const int pitch = s.source_step * s.source_channels, target_pitch = s.target_step * s.target_channels;
+  // Without groups a kernel row's taps lie side by side in source and weight: one long run where no tap is outside.
+  const bool merged = s.groups == 1 && s.target_step == 1;
+  // What this tile's end and a later tile's last kernel row will need.
+  const int columns_ahead = TILES_AHEAD * PIXELS * s.source_step + taps_x - 1;
+  const long ahead = (taps_y - 1) * source_line + columns_ahead * s.source_channels;
 
   const int begin = (int)get_global_id(1) * s.tiles_per_item * PIXELS;
   const int end = min(count, begin + s.tiles_per_item * PIXELS);
   // Lattice position of the next pixel; pixels are walked in memory order, so only the start needs divisions.
   int column = begin % width, line = begin / width % height, image = begin / width / height;
   for (int tile = begin; tile < end; tile += PIXELS) {
-    int y[PIXELS], x[PIXELS], picture[PIXELS], position[PIXELS];
     global const REAL* corner[PIXELS];  // where the first tap reads, if it is inside
-    int smallest_x = s.source_width, largest_x = -s.kernel_size;
-    int smallest_y = s.source_height, largest_y = -s.kernel_size;
-#pragma unroll
-    for (int p = 0; p < PIXELS; ++p) {
-      y[p] = line * s.source_step + top;
-      x[p] = column * s.source_step + left;
-      picture[p] = image;
-      position[p] = (line * s.target_step + phase_y) * s.target_width + column * s.target_step + phase_x;
-      corner[p] = source + group * source_depth +
-                  (((long)image * s.source_height + y[p]) * s.source_width + x[p]) * s.source_channels;
-      smallest_x = min(smallest_x, x[p]);
-      largest_x = max(largest_x, x[p]);
-      smallest_y = min(smallest_y, y[p]);
-      largest_y = max(largest_y, y[p]);
-      // Pixels behind the last one repeat it; they are not stored.
-      if (tile + p + 1 < count) {
-        const bool next_line = column + 1 == width, next_image = next_line && line + 1 == height;
-        column = next_line ? 0 : column + 1;
-        line = next_image ? 0 : line + next_line;
-        image += next_image;
-      }
-    }
-    const bool inside_x = smallest_x >= 0 && largest_x + taps_x <= s.source_width;
-    const bool all_inside = inside_x && smallest_y >= 0 && largest_y + taps_y <= s.source_height;
-    // Without groups a kernel row's taps lie side by side in source and weight: one long run where no tap is outside.
-    const bool merged = s.groups == 1 && s.target_step == 1 && inside_x;
-    const int columns = merged ? 1 : taps_x, run = merged ? s.kernel_size * source_depth : source_depth;
-
-    // What this tile's end and a later tile's last kernel row will need.
-    const int columns_ahead = TILES_AHEAD * PIXELS * s.source_step + taps_x - 1;
-    const long ahead = ((long)(taps_y - 1) * s.source_width + columns_ahead) * s.source_channels;
-#pragma unroll
-    for (int p = 0; p < PIXELS; ++p) {
-      for (int k = 0; k < source_depth; k += CACHE_LINE) PREFETCH(corner[p] + ahead + k);
-      const long pixel = (long)picture[p] * s.target_height * s.target_width + position[p];
-#pragma unroll
-      for (int v = 0; v < VECTORS; ++v) {
-        if (s.bias_kind == 2) PREFETCH(bias + (long)position[p] * s.target_channels + channel + v * V);
-        PREFETCH_WRITE(target + pixel * s.target_channels + channel + v * V);
-      }
-    }
-
     REALV sum[PIXELS][VECTORS];
 #pragma unroll
     for (int p = 0; p < PIXELS; ++p) {
 #pragma unroll
       for (int v = 0; v < VECTORS; ++v) sum[p][v] = 0;
     }
-    for (int ty = 0; ty < taps_y; ++ty) {
-      for (int tx = 0; tx < columns; ++tx) {
-        const long tap = ((long)ty * s.source_width + tx) * s.source_channels;
-        global const REAL* values[PIXELS];
+    const int first_y = line * s.source_step + top, first_x = column * s.source_step + left;
+    const int first_position =
+        (line * s.target_step + phase_y) * s.target_width + column * s.target_step + phase_x;
+    const int last_x = first_x + (PIXELS - 1) * s.source_step;
+    if (column + PIXELS <= width && first_x >= 0 && last_x + taps_x <= s.source_width && first_y >= 0 &&
+        first_y + taps_y <= s.source_height) {
+      // The usual case: pixels of one line, every tap inside.
+      corner[0] = sources + ((long)image * s.source_height + first_y) * source_line + first_x * s.source_channels;
+      global const REAL* bias_at = biases + (long)first_position * bias_stride;
+      global REAL* target_at =
+          targets + ((long)image * s.target_height * s.target_width + first_position) * s.target_channels;
 #pragma unroll
-        for (int p = 0; p < PIXELS; ++p) {
-          const int sy = y[p] + ty, sx = x[p] + tx;
-          const bool inside = all_inside || (sy >= 0 && sy < s.source_height && sx >= 0 && sx < s.source_width);
-          values[p] = inside ? corner[p] + tap : zeros;
+      for (int p = 0; p < PIXELS; ++p) {
+        if (p > 0) corner[p] = corner[p - 1] + pitch;
+        for (int k = 0; k < source_depth; k += CACHE_LINE) PREFETCH(corner[p] + ahead + k);
+#pragma unroll
+        for (int v = 0; v < VECTORS; ++v) {
+          PREFETCH(bias_at + p * s.target_step * bias_stride + v * V);
+          PREFETCH_WRITE(target_at + p * target_pitch + v * V);
         }
-        const int weight_tap = (tap_y + ty * s.target_step) * s.kernel_size + tap_x + tx * s.target_step;
-        global const REAL* w = weights + (long)weight_tap * s.tap_stride;
-        for (int k = 0; k < run; ++k, w += s.row_stride) {
-          REALV factor[VECTORS];
-#pragma unroll
-          for (int v = 0; v < VECTORS; ++v) factor[v] = LOAD_VECTOR(v, w);
-#pragma unroll
-          for (int p = 0; p < PIXELS; ++p) {
-#pragma unroll
-            for (int v = 0; v < VECTORS; ++v) sum[p][v] = fma((REALV)(values[p][k]), factor[v], sum[p][v]);
+      }
+      for (int ty = 0; ty < taps_y; ++ty) {
+        if (merged) {
+          multiply_add(sum, corner, ty * source_line, weights + ty * weight_line, taps_x * source_depth, s.row_stride);
+        } else {
+          for (int tx = 0; tx < taps_x; ++tx) {
+            multiply_add(sum, corner, ty * source_line + tx * s.source_channels,
+                         weights + ty * weight_line + tx * weight_column, source_depth, s.row_stride);
           }
         }
       }
-    }
-
-    // No break in these loops: the sums stay in registers only if they unroll in full.
 #pragma unroll
-    for (int p = 0; p < PIXELS; ++p) {
-      const long pixel = (long)picture[p] * s.target_height * s.target_width + position[p];
+      for (int p = 0; p < PIXELS; ++p) {
+        finish_pixel(sum[p], bias_at, has_bias, target_at, lanes, negative_slope);
+        bias_at += s.target_step * bias_stride;
+        target_at += target_pitch;
+      }
+      column += PIXELS;
+      if (column == width) {
+        column = 0;
+        image += ++line == height;
+        line = line == height ? 0 : line;
+      }
+    } else {
+      int y[PIXELS], x[PIXELS], picture[PIXELS], position[PIXELS];
 #pragma unroll
-      for (int v = 0; v < VECTORS; ++v) {
-        if (tile + p < end && v * V < lanes) {
-          const int c = channel + v * V;
-          REALV value = sum[p][v];
-          if (s.bias_kind == 1) value += load_lanes(bias + c, lanes - v * V);
-          if (s.bias_kind == 2) value += load_lanes(bias + (long)position[p] * s.target_channels + c, lanes - v * V);
-          value = value > 0 ? value : value * negative_slope;
-          store_lanes(value, target + pixel * s.target_channels + c, lanes - v * V);
+      for (int p = 0; p < PIXELS; ++p) {
+        y[p] = line * s.source_step + top;
+        x[p] = column * s.source_step + left;
+        picture[p] = image;
+        position[p] = (line * s.target_step + phase_y) * s.target_width + column * s.target_step + phase_x;
+        corner[p] = sources + ((long)image * s.source_height + y[p]) * source_line + x[p] * s.source_channels;
+        // Pixels behind the last one repeat it; they are not stored.
+        if (tile + p + 1 < count) {
+          const bool next_line = column + 1 == width, next_image = next_line && line + 1 == height;
+          column = next_line ? 0 : column + 1;
+          line = next_image ? 0 : line + next_line;
+          image += next_image;
+        }
+      }
+      for (int ty = 0; ty < taps_y; ++ty) {
+        for (int tx = 0; tx < taps_x; ++tx) {
+          global const REAL* values[PIXELS];
+#pragma unroll
+          for (int p = 0; p < PIXELS; ++p) {
+            const int sy = y[p] + ty, sx = x[p] + tx;
+            const bool inside = sy >= 0 && sy < s.source_height && sx >= 0 && sx < s.source_width;
+            values[p] = inside ? corner[p] + ty * source_line + tx * s.source_channels : zeros;
+          }
+          multiply_add(sum, values, 0, weights + ty * weight_line + tx * weight_column, source_depth, s.row_stride);
+        }
+      }
+#pragma unroll
+      for (int p = 0; p < PIXELS; ++p) {
+        if (tile + p < end) {
+          const long pixel = (long)picture[p] * s.target_height * s.target_width + position[p];
+          finish_pixel(sum[p], biases + (long)position[p] * bias_stride, has_bias, targets + pixel * s.target_channels,
+                       lanes, negative_slope);
         }
       }
     }
