@@ -1,13 +1,13 @@
 #include "model/config.h"
 
-#include <catch2/catch.hpp>
 #include <fstream>
 #include <sstream>
 
 #include "host/error.h"
+#include "tests/support/catch.h"
 
 using namespace degas;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 TEST_CASE("defaults, text and back are the same config") {
   Config config;

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <string>
 #include <vector>
 
 #include "host/autograd/tensor.h"
+#include "tests/support/catch.h"
 
 namespace degas::test {
 

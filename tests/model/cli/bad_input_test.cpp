@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <limits>
 #include <map>
 
 #include "host/io/npz.h"
 #include "host/io/video.h"
+#include "tests/support/catch.h"
 #include "tests/support/training_commands.h"
 
 using namespace degas;

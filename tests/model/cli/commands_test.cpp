@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "host/io/ply.h"
 #include "host/io/video.h"
+#include "tests/support/catch.h"
 #include "tests/support/training_commands.h"
 
 using namespace degas;

@@ -1,7 +1,6 @@
 #include <signal.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -9,6 +8,7 @@
 #include <thread>
 
 #include "host/io/checkpoint.h"
+#include "tests/support/catch.h"
 #include "tests/support/training_commands.h"
 
 using namespace degas;

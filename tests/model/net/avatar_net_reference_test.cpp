@@ -1,10 +1,10 @@
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "host/io/npz.h"
 #include "host/ops/pointwise.h"
 #include "host/ops/reduction.h"
 #include "model/net/avatar_net.h"
+#include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;

@@ -1,11 +1,11 @@
 #include "model/net/avatar_net.h"
 
-#include <catch2/catch.hpp>
 #include <set>
 
 #include "host/error.h"
 #include "host/ops/pointwise.h"
 #include "host/ops/reduction.h"
+#include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;

@@ -1,6 +1,6 @@
 #include "model/net/encoders.h"
 
-#include <catch2/catch.hpp>
+#include "tests/support/catch.h"
 
 using namespace degas;
 

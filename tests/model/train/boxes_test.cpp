@@ -1,8 +1,8 @@
 #include "model/train/boxes.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
 

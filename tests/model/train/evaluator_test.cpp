@@ -1,7 +1,6 @@
 #include "model/train/evaluator.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 #include <sstream>
@@ -9,6 +8,7 @@
 #include "host/error.h"
 #include "model/data/synthetic_capture.h"
 #include "model/train/picture.h"
+#include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
 

@@ -1,13 +1,13 @@
 #include "model/train/exporter.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "host/io/exr.h"
 #include "host/io/ply.h"
 #include "model/loss/metrics.h"
 #include "model/train/picture.h"
+#include "tests/support/catch.h"
 #include "tests/support/splat_reference.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"

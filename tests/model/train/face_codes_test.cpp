@@ -1,10 +1,10 @@
 #include "model/train/face_codes.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "host/error.h"
 #include "tests/model/train/fake_capture.h"
+#include "tests/support/catch.h"
 
 using namespace degas;
 using namespace degas::test;

@@ -1,8 +1,8 @@
 #include "model/train/picture.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;

@@ -2,12 +2,12 @@
 
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 
 #include "host/error.h"
 #include "model/train/svg_chart.h"
+#include "tests/support/catch.h"
 
 using namespace degas;
 namespace fs = std::filesystem;

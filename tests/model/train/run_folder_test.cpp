@@ -2,10 +2,10 @@
 
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <fstream>
 
 #include "host/error.h"
+#include "tests/support/catch.h"
 
 using namespace degas;
 namespace fs = std::filesystem;

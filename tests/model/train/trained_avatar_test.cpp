@@ -1,13 +1,13 @@
 #include "model/train/trained_avatar.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <functional>
 #include <map>
 
 #include "host/error.h"
 #include "host/io/checkpoint.h"
 #include "host/io/npz.h"
+#include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -7,6 +6,7 @@
 #include "host/error.h"
 #include "host/io/checkpoint.h"
 #include "model/train/trainer.h"
+#include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
 #include "tests/support/training_steps.h"

@@ -1,12 +1,12 @@
 #include "model/train/trainer.h"
 
-#include <catch2/catch.hpp>
 #include <limits>
 #include <mutex>
 #include <numeric>
 #include <set>
 #include <sstream>
 
+#include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
 #include "tests/support/training_steps.h"

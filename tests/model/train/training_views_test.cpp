@@ -1,11 +1,11 @@
 #include "model/train/training_views.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <set>
 
 #include "host/error.h"
 #include "tests/model/train/fake_capture.h"
+#include "tests/support/catch.h"
 
 using namespace degas;
 using namespace degas::test;

@@ -1,8 +1,8 @@
 #include "model/train/turntable.h"
 
 #include <Eigen/Dense>
-#include <catch2/catch.hpp>
 
+#include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
 

@@ -1,10 +1,10 @@
 #include "model/train/view_schedule.h"
 
-#include <catch2/catch.hpp>
 #include <map>
 #include <set>
 
 #include "host/random.h"
+#include "tests/support/catch.h"
 
 using namespace degas;
 
