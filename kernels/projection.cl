@@ -8,6 +8,8 @@
 // order.
 #include "common/real.cl"
 #include "common/splat.cl"
+#include "common/columns.cl"
+#include "common/prefetch.cl"
 
 #define COMPENSATION_MIN ((REAL)0.005)
 #define QUATERNION_MIN ((REAL)1e-6)
@@ -22,45 +24,14 @@ typedef struct {
   REAL width, height, near_plane, blur;
 } View;
 
-#if V == 1
-#define LANES(index) 1
-#else
-#define LANES(index) ((int)min((long)V, count - (index)))
-#endif
-
-// Element k of V consecutive rows of `stride` elements; lanes past the end repeat the last row.
-inline REALV gather(global const REAL* source, const long first, const int stride, const int k, const long count) {
-#if V == 1
-  return source[first * stride + k];
-#else
-  REAL lanes[V];
-  if (first + V <= count) {
-    for (int lane = 0; lane < V; ++lane) lanes[lane] = source[(first + lane) * stride + k];
-  } else {
-    for (int lane = 0; lane < V; ++lane) lanes[lane] = source[min(first + lane, count - 1) * stride + k];
-  }
-  return LOAD_VECTOR(0, lanes);
-#endif
-}
-
-inline void scatter(const REALV values, global REAL* target, const long first, const int stride, const int k,
-                    const int lanes) {
-#if V == 1
-  target[first * stride + k] = values;
-#else
-  REAL all[V];
-  STORE_VECTOR(values, 0, all);
-  for (int lane = 0; lane < lanes; ++lane) target[(first + lane) * stride + k] = all[lane];
-#endif
-}
-
 // Everything between a splat's parameters and its 2D covariance. The covariance is A A^T with A = J W R(q) S (2x3) and
 // is kept divided by unit^2, where unit is A's largest entry (at least 1), so that squares of huge scales stay finite;
 // its determinant is |a0 x a1|^2 by Lagrange's identity, which loses nothing for tiny ones.
 typedef struct {
   REALV x, y, z, inverse_z, ratio_x, ratio_y;  // camera space; ratios clamped to the limits
   REALV w, i, j, k, inverse_norm;              // normalised quaternion
-  REALV r[9], p[6], scale[3], a[6];            // R(q), J W, scales, A / unit
+  REALV log_scale[3], scale[3];
+  REALV r[9], p[6], a[6];  // R(q), J W, A / unit
   REALV unit, xx, xy, yy, bare_determinant, blurred_xx, blurred_yy, determinant;
   REALV compensation_squared;
 } Footprint;
@@ -68,24 +39,27 @@ typedef struct {
 inline Footprint footprint(const View view, global const REAL* positions, global const REAL* rotations,
                            global const REAL* log_scales, const long first, const long count) {
   Footprint f;
-  const REALV px = gather(positions, first, 3, 0, count), py = gather(positions, first, 3, 1, count),
-              pz = gather(positions, first, 3, 2, count);
-  f.x = view.rotation[0] * px + view.rotation[1] * py + view.rotation[2] * pz + view.translation[0];
-  f.y = view.rotation[3] * px + view.rotation[4] * py + view.rotation[5] * pz + view.translation[1];
-  f.z = view.rotation[6] * px + view.rotation[7] * py + view.rotation[8] * pz + view.translation[2];
+  REALV position[3], q[4];
+  gather_rows(positions, first, 3, count, position);
+  gather_rows(rotations, first, 4, count, q);
+  gather_rows(log_scales, first, 3, count, f.log_scale);
+  REALV in_camera[3];
+  for (int row = 0; row < 3; ++row) {
+    in_camera[row] = view.rotation[3 * row] * position[0] + view.rotation[3 * row + 1] * position[1] +
+                     view.rotation[3 * row + 2] * position[2] + view.translation[row];
+  }
+  f.x = in_camera[0];
+  f.y = in_camera[1];
+  f.z = in_camera[2];
   f.inverse_z = 1 / f.z;
   f.ratio_x = fmin(fmax(f.x * f.inverse_z, view.left), view.right);
   f.ratio_y = fmin(fmax(f.y * f.inverse_z, view.top), view.bottom);
 
-  f.w = gather(rotations, first, 4, 0, count);
-  f.i = gather(rotations, first, 4, 1, count);
-  f.j = gather(rotations, first, 4, 2, count);
-  f.k = gather(rotations, first, 4, 3, count);
-  f.inverse_norm = 1 / sqrt(f.w * f.w + f.i * f.i + f.j * f.j + f.k * f.k);
-  f.w *= f.inverse_norm;
-  f.i *= f.inverse_norm;
-  f.j *= f.inverse_norm;
-  f.k *= f.inverse_norm;
+  f.inverse_norm = 1 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  f.w = q[0] * f.inverse_norm;
+  f.i = q[1] * f.inverse_norm;
+  f.j = q[2] * f.inverse_norm;
+  f.k = q[3] * f.inverse_norm;
   f.r[0] = 1 - 2 * (f.j * f.j + f.k * f.k);
   f.r[1] = 2 * (f.i * f.j - f.w * f.k);
   f.r[2] = 2 * (f.i * f.k + f.w * f.j);
@@ -103,7 +77,7 @@ inline Footprint footprint(const View view, global const REAL* positions, global
     f.p[3 + c] = along_y * (view.rotation[3 + c] - f.ratio_y * view.rotation[6 + c]);
   }
   for (int c = 0; c < 3; ++c) {
-    f.scale[c] = exp_clamped(gather(log_scales, first, 3, c, count));
+    f.scale[c] = exp_clamped(f.log_scale[c]);
     f.a[c] = (f.p[0] * f.r[c] + f.p[1] * f.r[3 + c] + f.p[2] * f.r[6 + c]) * f.scale[c];
     f.a[3 + c] = (f.p[3] * f.r[c] + f.p[4] * f.r[3 + c] + f.p[5] * f.r[6 + c]) * f.scale[c];
     f.unit = fmax(f.unit, fmax(fabs(f.a[c]), fabs(f.a[3 + c])));
@@ -140,17 +114,15 @@ kernel void project_forward(global const REAL* positions, global const REAL* rot
   const REALV reach = sqrt(fmax((log2_opacity - LOG2_ALPHA_MIN) * (2 / LOG2_E), (REALV)0));
   const REALV deviation_x = f.unit * sqrt(f.blurred_xx), deviation_y = f.unit * sqrt(f.blurred_yy);
   const REALV width = reach * deviation_x, height = reach * deviation_y;
-  const REALV red = gather(colors, first, 3, 0, count), green = gather(colors, first, 3, 1, count),
-              blue = gather(colors, first, 3, 2, count);
-  const REALV s0 = gather(log_scales, first, 3, 0, count), s1 = gather(log_scales, first, 3, 1, count),
-              s2 = gather(log_scales, first, 3, 2, count);
+  REALV color[3];
+  gather_rows(colors, first, 3, count, color);
 
   // Every guard states what a visible splat satisfies: a NaN fails it.
   const REALV visible =
       (f.z >= view.near_plane && f.z <= LARGEST && f.inverse_norm <= 1 / sqrt(QUATERNION_MIN) && f.inverse_norm > 0 &&
-       given_opacity <= 1 && opacity >= ALPHA_MIN && fabs(red) <= LARGEST && fabs(green) <= LARGEST &&
-       fabs(blue) <= LARGEST && fabs(s0) <= LOG_SCALE_MAX && fabs(s1) <= LOG_SCALE_MAX && fabs(s2) <= LOG_SCALE_MAX &&
-       width <= LARGEST && height <= LARGEST && f.determinant >= (REAL)1e-37 && u + width > 0 &&
+       given_opacity <= 1 && opacity >= ALPHA_MIN && fabs(color[0]) <= LARGEST && fabs(color[1]) <= LARGEST &&
+       fabs(color[2]) <= LARGEST && fabs(f.log_scale[0]) <= LOG_SCALE_MAX && fabs(f.log_scale[1]) <= LOG_SCALE_MAX &&
+       fabs(f.log_scale[2]) <= LOG_SCALE_MAX && width <= LARGEST && height <= LARGEST && f.determinant >= (REAL)1e-37 && u + width > 0 &&
        u - width < view.width && v + height > 0 && v - height < view.height)
           ? (REALV)1
           : (REALV)-1;
@@ -165,10 +137,8 @@ kernel void project_forward(global const REAL* positions, global const REAL* rot
   fields[RECORD_WIDTH] = visible > 0 ? width : (REALV)-1;
   fields[RECORD_HEIGHT] = height;
   fields[RECORD_TILT] = reach * f.unit * f.xy / sqrt(f.blurred_xx);
-  fields[RECORD_COLOR] = red;
-  fields[RECORD_COLOR + 1] = green;
-  fields[RECORD_COLOR + 2] = blue;
-  const int lanes = LANES(first);
+  for (int c = 0; c < 3; ++c) fields[RECORD_COLOR + c] = color[c];
+  const int lanes = lanes_from(first, count);
   for (int field = 0; field < RECORD_COLOR + 3; ++field)
     scatter(fields[field], records, first, RECORD_SIZE, field, lanes);
 
@@ -188,7 +158,7 @@ kernel void project_backward(global const REAL* positions, global const REAL* ro
                              global REAL* d_colors, const View view, const long count) {
   const long first = get_global_id(0) * (long)V;
   if (first >= count) return;
-  const int lanes = LANES(first);
+  const int lanes = lanes_from(first, count);
 
   // Sums of the slots, in the order of the tiles.
   REAL sums[SLOT_USED * V];
@@ -196,6 +166,8 @@ kernel void project_backward(global const REAL* positions, global const REAL* ro
   int any_touched = 0;
   for (int field = 0; field < SLOT_USED * V; ++field) sums[field] = 0;
   for (int lane = 0; lane < V; ++lane) {
+    // Slots lie in the order of depth: those of the next item are called for while these are added.
+    PREFETCH(slots + (long)slot_offsets[min(first + V + lane, count - 1)] * SLOT_SIZE);
     const uint slot_count = lane < lanes ? slot_counts[first + lane] : 0;
     touched[lane] = slot_count ? 1 : -1;
     if (!slot_count) continue;
@@ -213,7 +185,7 @@ kernel void project_backward(global const REAL* positions, global const REAL* ro
     }
 #endif
   }
-  REALV position[3], rotation[4], log_scale[3], opacity = 0;
+  REALV position[3], rotation[4], log_scale[3], color[3], opacity = 0;
   for (int c = 0; c < 3; ++c) position[c] = log_scale[c] = rotation[c] = 0;
   rotation[3] = 0;
   if (any_touched) {
@@ -288,12 +260,15 @@ kernel void project_backward(global const REAL* positions, global const REAL* ro
   const REALV live = LOAD_VECTOR(0, touched);
 #define FINITE_OR_ZERO(value) (live > 0 && fabs(value) <= LARGEST ? (value) : (REALV)0)
   for (int c = 0; c < 3; ++c) {
-    if (d_positions) scatter(FINITE_OR_ZERO(position[c]), d_positions, first, 3, c, lanes);
-    if (d_log_scales) scatter(FINITE_OR_ZERO(log_scale[c]), d_log_scales, first, 3, c, lanes);
-    if (d_colors) scatter(FINITE_OR_ZERO(LOAD_VECTOR(6 + c, sums)), d_colors, first, 3, c, lanes);
+    const REALV summed = LOAD_VECTOR(6 + c, sums);
+    position[c] = FINITE_OR_ZERO(position[c]);
+    log_scale[c] = FINITE_OR_ZERO(log_scale[c]);
+    color[c] = FINITE_OR_ZERO(summed);
   }
-  for (int c = 0; c < 4; ++c) {
-    if (d_rotations) scatter(FINITE_OR_ZERO(rotation[c]), d_rotations, first, 4, c, lanes);
-  }
+  for (int c = 0; c < 4; ++c) rotation[c] = FINITE_OR_ZERO(rotation[c]);
+  if (d_positions) scatter_rows(position, d_positions, first, 3, lanes);
+  if (d_log_scales) scatter_rows(log_scale, d_log_scales, first, 3, lanes);
+  if (d_colors) scatter_rows(color, d_colors, first, 3, lanes);
+  if (d_rotations) scatter_rows(rotation, d_rotations, first, 4, lanes);
   if (d_opacities) scatter(FINITE_OR_ZERO(opacity), d_opacities, first, 1, 0, lanes);
 }

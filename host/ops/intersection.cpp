@@ -10,9 +10,9 @@ namespace degas {
 namespace {
 
 template <typename... Arguments>
-void launch(Device& device, const char* name, int64_t items, const Arguments&... arguments) {
+void launch(Device& device, const char* name, const Range& items, const Arguments&... arguments) {
   device.kernel("intersection", name, {{"TILE_WIDTH", splat_tile_width}, {"TILE_HEIGHT", splat_tile_height}})
-      .launch({static_cast<size_t>(items)}, device.pointwise_local(), arguments...);
+      .launch(items, device.pointwise_local(), arguments...);
 }
 
 }  // namespace
@@ -40,24 +40,24 @@ Intersections intersect_tiles(SplatWorkspace& workspace, const ProjectedSplats& 
 
   // Slots are numbered in the order of depth, so a stable sort by tile leaves each tile's list front to back.
   const Tensor depth_order = radix_sort(projected.depth_keys, splats).places;
-  result.slot_counts = Tensor(device, {splats}, Element::UInt32);
-  result.slot_offsets = Tensor(device, {splats}, Element::UInt32);
-  launch(device, "count_tiles", splats, projected.records, result.slot_counts, camera.width, camera.height, splats);
+  const Range ranks = device.pointwise_global(splats);
   const Tensor sorted_counts(device, {splats}, Element::UInt32);
-  launch(device, "to_depth_order", splats, result.slot_counts, depth_order, sorted_counts, splats);
+  launch(device, "count_tiles", ranks, projected.records, depth_order, sorted_counts, camera.width, camera.height,
+         splats);
   const Scan offsets = exclusive_scan(sorted_counts);
-  launch(device, "from_depth_order", splats, offsets.sums, depth_order, result.slot_offsets, splats);
   result.count = checked_intersection_count(offsets.totals, offsets.total_index, camera);
 
   const Shape capacity = {workspace.reserve(result.count)};
   const Tensor tile_keys(device, capacity, Element::UInt32);
   result.slot_splats = Tensor(device, capacity, Element::UInt32);
-  launch(device, "list_tiles", splats, projected.records, result.slot_offsets, tile_keys, result.slot_splats,
-         camera.width, camera.height, splats);
+  result.slot_counts = Tensor(device, {splats}, Element::UInt32);
+  result.slot_offsets = Tensor(device, {splats}, Element::UInt32);
+  launch(device, "list_tiles", ranks, projected.records, depth_order, sorted_counts, offsets.sums, tile_keys,
+         result.slot_splats, result.slot_counts, result.slot_offsets, camera.width, camera.height, splats);
   const SortedKeys by_tile = radix_sort(tile_keys, result.count, std::bit_width(static_cast<unsigned>(tiles)));
   result.order = by_tile.places;
   result.tile_starts = Tensor(device, {tiles + 1}, Element::UInt32);
-  launch(device, "find_tile_starts", tiles + 1, by_tile.keys, result.tile_starts, tiles,
+  launch(device, "find_tile_starts", {static_cast<size_t>(tiles) + 1}, by_tile.keys, result.tile_starts, tiles,
          static_cast<uint32_t>(result.count));
   return result;
 }

@@ -46,7 +46,7 @@ void launch(const char* name, const Splats& splats, const Camera& camera, const 
   Device& device = splats.positions.device();
   const int64_t count = splats.positions.dim(0);
   const Kernel kernel = device.kernel("projection", name, {{"ANTIALIAS", options.antialias ? 1 : 0}});
-  const Range global = device.pointwise_global(count), local = {device.is_wide() ? size_t{1} : size_t{64}};
+  const Range global = device.pointwise_global(count), local = {device.is_wide() ? size_t{16} : size_t{64}};
   if (device.real_bytes() == 8) {
     kernel.launch(global, local, arguments..., view_of<double>(camera, options), count);
   } else {
