@@ -6,8 +6,6 @@
 
 #define PANEL (VECTORS * V)
 
-#define PIXELS_AHEAD 8  // distance of prefetches
-
 typedef struct {
   int batch, height, width, channels;  // of the input, channels of all groups
   int output_height, output_width, output_channels;
@@ -50,6 +48,11 @@ kernel void weight_gradient(global const REAL* input, global const REAL* gradien
 
   for (int pass = split_begin; pass < split_end; pass += s.rows_per_pass) {
     const int pass_end = min(pass + s.rows_per_pass, split_end);
+    // The next pass's first gradient row, and the last input row that it reads.
+    const int next_y = min(pass_end % s.output_height * s.stride + s.kernel_size - 1 - s.padding, s.height - 1);
+    global const REAL* const next_gradient = gradients + (long)pass_end * s.output_width * s.output_channels;
+    global const REAL* const next_input =
+        input + ((long)(pass_end / s.output_height) * s.height + next_y) * s.width * s.channels + group * depth;
     for (int unit = first_unit; unit < end_unit; ++unit) {
       const int kx = unit % s.kernel_size, block = unit / s.kernel_size % blocks, ky = unit / s.kernel_size / blocks;
       const int channel = block * ROWS, block_rows = min(ROWS, depth - channel);
@@ -57,6 +60,15 @@ kernel void weight_gradient(global const REAL* input, global const REAL* gradien
       const int x_begin = max(0, (s.padding - kx + s.stride - 1) / s.stride);
       const int x_last = s.width - 1 + s.padding - kx;
       const int x_end = x_last < 0 ? 0 : min(s.output_width, x_last / s.stride + 1);
+
+      // Each unit fetches its share of what the next pass needs: the first unit alone would wait for all of it.
+      for (int x = unit - first_unit; x < s.output_width; x += end_unit - first_unit) {
+#pragma unroll
+        for (int v = 0; v < VECTORS; ++v) PREFETCH(next_gradient + (long)x * s.output_channels + v * V);
+      }
+      for (int x = unit - first_unit; x < s.width; x += end_unit - first_unit) {
+        for (int k = 0; k < depth; k += CACHE_LINE) PREFETCH(next_input + (long)x * s.channels + k);
+      }
 
       REALV sum[ROWS][VECTORS];
       int offset[ROWS];
@@ -74,9 +86,6 @@ kernel void weight_gradient(global const REAL* input, global const REAL* gradien
         global const REAL* from = input + corner * s.channels + group * depth + channel;
         global const REAL* gradient_at = gradients + ((long)row * s.output_width + x_begin) * s.output_channels;
         for (int x = x_begin; x < x_end; ++x) {
-          PREFETCH(from + PIXELS_AHEAD * s.stride * s.channels);
-#pragma unroll
-          for (int v = 0; v < VECTORS; ++v) PREFETCH(gradient_at + PIXELS_AHEAD * s.output_channels + v * V);
           REALV factor[VECTORS];
 #pragma unroll
           for (int v = 0; v < VECTORS; ++v) factor[v] = LOAD_VECTOR(v, gradient_at);
