@@ -1,5 +1,6 @@
-// Convolutions of the network (full and quick configurations) and of LPIPS: time and rate of the forward pass and of
-// both gradients, with oneDNN beside them where the build found it and the device is a CPU.
+// Convolutions of the network (full and quick configurations) and of LPIPS: time and rate of the forward pass, plain
+// and with bias and leaky ReLU, and of both gradients, with oneDNN beside them where the build found it and the device
+// is a CPU.
 #include <fmt/format.h>
 
 #include "bench/support/harness.h"
@@ -33,15 +34,24 @@ constexpr Layer layers[] = {
     {"full/decoder2.conv1", 512, 96, 96, 3, 1, 1, 3, untied, true},
     {"full/decoder2.conv2", 512, 96, 48, 3, 1, 1, 3, untied, true},
     {"full/decoder2.skip", 512, 96, 48, 1, 1, 0, 3, tied, true},
+    {"full/head.position", 512, 16, 3, 3, 1, 1, 1, untied, true},
+    {"full/head.color_opacity", 512, 16, 4, 3, 1, 1, 1, untied, true},
     {"full/head.rotation_scale", 512, 16, 7, 3, 1, 1, 1, untied, true},
     {"full/joint.conv1", 64, 80, 80, 3, 1, 1, 1, untied, true},
     {"full/joint.conv2", 64, 80, 128, 3, 1, 1, 1, untied, true},
     {"full/pose.skip", 64, 162, 16, 1, 1, 0, 1, tied, true},
     {"full/encoder0.conv1", 512, 3, 3, 3, 1, 1, 1, untied, true},
     {"full/encoder0.conv2", 512, 3, 8, 3, 2, 1, 1, untied, true},
+    {"full/encoder0.skip", 512, 3, 8, 1, 2, 0, 1, tied, true},
+    {"full/encoder1.conv1", 256, 8, 8, 3, 1, 1, 1, untied, true},
+    {"full/encoder1.conv2", 256, 8, 16, 3, 2, 1, 1, untied, true},
+    {"full/encoder2.conv1", 128, 16, 16, 3, 1, 1, 1, untied, true},
     {"full/encoder2.conv2", 128, 16, 32, 3, 2, 1, 1, untied, true},
     {"full/encoder4.conv2", 32, 32, 64, 3, 2, 1, 1, untied, true},
     {"full/encoder6.conv2", 8, 128, 128, 3, 2, 1, 1, untied, true},
+    {"full/encoder6.skip", 8, 128, 128, 1, 2, 0, 1, tied, true},
+    {"full/pve_decoder0.conv1", 8, 128, 128, 3, 1, 1, 1, untied, true},
+    {"full/pve_decoder3.conv2", 64, 64, 32, 3, 1, 1, 1, untied, true},
     {"full/face0.conv1", 8, 32, 32, 3, 1, 1, 1, untied, true},
     {"quick/decoder0.conv1", 64, 192, 192, 3, 1, 1, 3, untied, true},
     {"quick/decoder0.conv2", 64, 192, 96, 3, 1, 1, 3, untied, true},
@@ -51,6 +61,9 @@ constexpr Layer layers[] = {
     {"quick/decoder2.conv2", 256, 48, 24, 3, 1, 1, 3, untied, true},
     {"quick/decoder2.skip", 256, 48, 24, 1, 1, 0, 3, tied, true},
     {"quick/head.rotation_scale", 256, 8, 7, 3, 1, 1, 1, untied, true},
+    {"quick/encoder0.conv1", 256, 3, 3, 3, 1, 1, 1, untied, true},
+    {"quick/encoder0.conv2", 256, 3, 8, 3, 2, 1, 1, untied, true},
+    {"quick/encoder1.conv1", 128, 8, 8, 3, 1, 1, 1, untied, true},
     {"quick/joint.conv2", 32, 40, 64, 3, 1, 1, 1, untied, true},
     {"reference/conv3x3.32", 128, 32, 32, 3, 1, 1, 1, tied, true},
     {"lpips/alex.conv1", 256, 3, 64, 11, 4, 2, 1, tied, false},
@@ -65,6 +78,8 @@ const char* name_of(Direction direction) {
   switch (direction) {
     case Direction::Forward:
       return "forward";
+    case Direction::FusedForward:
+      return "forward+bias+lrelu";
     case Direction::BackwardInput:
       return "backward_input";
     case Direction::BackwardWeight:
@@ -90,6 +105,8 @@ Timing measure_ours(Device& device, const Layer& layer, Direction direction, con
       [&] {
         switch (direction) {
           case Direction::Forward:
+            return conv2d_forward(g, input, weight, Tensor(), BiasKind::None, 1, output);
+          case Direction::FusedForward:
             return conv2d_forward(g, input, weight, bias, layer.bias, 0.2, output);
           case Direction::BackwardInput:
             return conv2d_backward_input(g, output, weight, input);
@@ -110,10 +127,12 @@ int main(int count, char** values) {
   const MeasureOptions measure_options{.clock = arguments.clock};
   Report report("conv2d on " + device.description().name, measure_fma_peak(device, arguments.clock));
   for (const Layer& layer : layers) {
-    for (const Direction direction : {Direction::Forward, Direction::BackwardInput, Direction::BackwardWeight}) {
+    for (const Direction direction :
+         {Direction::Forward, Direction::FusedForward, Direction::BackwardInput, Direction::BackwardWeight}) {
       if (direction == Direction::BackwardWeight && !layer.trained) continue;
       Row row;
       row.name = fmt::format("{} {}", layer.name, name_of(direction));
+      row.kind = name_of(direction);
       if (row.name.find(arguments.filter) == std::string::npos) continue;
       const Conv2dGeometry g = layer.geometry();
       row.gflop = 2e-9 * static_cast<double>(g.output_pixels()) * g.taps() * g.depth() * g.output_channels;

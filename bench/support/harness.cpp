@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -40,6 +41,12 @@ double gflops(const Row& row) {
 }
 double ratio(const Row& row) {
   return row.peer_time->best / row.time.best;
+}
+
+double geometric_mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += std::log(value);
+  return std::exp(sum / static_cast<double>(values.size()));
 }
 
 }  // namespace
@@ -114,8 +121,9 @@ void Report::add(const Row& row) {
 }
 
 void Report::finish(const std::string& json_file) const {
-  double total = 0, gflop = 0, log_ratio = 0;
-  int peers = 0;
+  double total = 0, gflop = 0;
+  std::vector<double> ratios;
+  std::map<std::string, std::vector<double>> ratios_of_kinds;
   auto results = nlohmann::ordered_json::array();
   for (const Row& row : rows_) {
     nlohmann::ordered_json entry = {
@@ -127,8 +135,8 @@ void Report::finish(const std::string& json_file) const {
       entry["peer_ms"] = row.peer_time->median;
       entry["peer_best_ms"] = row.peer_time->best;
       entry["ratio"] = ratio(row);
-      log_ratio += std::log(ratio(row));
-      ++peers;
+      ratios.push_back(ratio(row));
+      if (!row.kind.empty()) ratios_of_kinds[row.kind].push_back(ratio(row));
     }
     total += row.time.median;
     gflop += row.gflop;
@@ -137,11 +145,16 @@ void Report::finish(const std::string& json_file) const {
   nlohmann::ordered_json document = {{"results", results}};
   fmt::print("total {:.2f} ms", total);
   if (gflop > 0) fmt::print(", {:.0f} GFLOP/s overall", gflop / total * 1e3);
-  if (peers > 0) {
-    document["geomean_ratio"] = std::exp(log_ratio / peers);
-    fmt::print(", geometric mean of peer time / our time {:.2f}", std::exp(log_ratio / peers));
+  if (!ratios.empty()) {
+    document["geomean_ratio"] = geometric_mean(ratios);
+    fmt::print(", geometric mean of peer time / our time {:.2f}", geometric_mean(ratios));
   }
   fmt::print("\n");
+  for (const auto& [kind, values] : ratios_of_kinds) {
+    document["geomean_ratios"][kind] = geometric_mean(values);
+    fmt::print("  {}: geometric mean {:.2f}, least {:.2f}\n", kind, geometric_mean(values),
+               *std::min_element(values.begin(), values.end()));
+  }
   if (peak_gflops_ > 0) document["peak_gflops"] = peak_gflops_;
   document["load_average"] = load_average_;
   document["busy"] = busy_;

@@ -47,11 +47,12 @@ struct Row {
   double gflop = 0;  ///< 10^9 operations in a run; 0: not counted
   std::optional<Timing> peer_time;
   std::string peer;
+  std::string kind = {};  ///< rows of one kind get a mean ratio of their own; empty: none
 };
 
 /// Prints a table as rows come in; finish() prints the totals and writes the JSON file {"results": [{"name", "ms",
 /// "best_ms", "spread", "gflops", "share_of_peak", "peer", "peer_ms", "peer_best_ms", "ratio"}], "geomean_ratio",
-/// "peak_gflops", "load_average", "busy"}. ratio = peer_best_ms / best_ms, above 1 we are faster; of the best times,
+/// "geomean_ratios" by kind, "peak_gflops", "load_average", "busy"}. ratio = peer_best_ms / best_ms, above 1 we are faster; of the best times,
 /// since company on the machine only ever adds to them. busy: others had the machine at the start, so that no figure is
 /// to be quoted; it is printed too.
 class Report {

@@ -43,7 +43,21 @@ OneDnnConv2d::OneDnnConv2d(const Conv2dGeometry& g, Direction direction) : state
   const dnnl::convolution_forward::primitive_desc forward(
       {dnnl::prop_kind::forward_training, algorithm, source, weight, target, strides, before, after}, engine);
   auto& arguments = state_->arguments;
-  if (direction == Direction::Forward) {
+  if (direction == Direction::FusedForward) {
+    dnnl::post_ops activation;
+    activation.append_eltwise(1.0F, dnnl::algorithm::eltwise_relu, 0.2F, 0.0F);
+    dnnl::primitive_attr attributes;
+    attributes.set_post_ops(activation);
+    const memory::desc bias({g.output_channels}, f32, memory::format_tag::x);
+    const dnnl::convolution_forward::primitive_desc fused(
+        {dnnl::prop_kind::forward_training, algorithm, source, weight, bias, target, strides, before, after},
+        attributes, engine);
+    state_->primitive = dnnl::convolution_forward(fused);
+    arguments = {{DNNL_ARG_SRC, filled(fused.src_desc(), engine)},
+                 {DNNL_ARG_WEIGHTS, filled(fused.weights_desc(), engine)},
+                 {DNNL_ARG_BIAS, filled(fused.bias_desc(), engine)},
+                 {DNNL_ARG_DST, filled(fused.dst_desc(), engine)}};
+  } else if (direction == Direction::Forward) {
     state_->primitive = dnnl::convolution_forward(forward);
     arguments = {{DNNL_ARG_SRC, filled(forward.src_desc(), engine)},
                  {DNNL_ARG_WEIGHTS, filled(forward.weights_desc(), engine)},
