@@ -138,7 +138,10 @@ int main(int count, char** values) {
       row.gflop = 2e-9 * static_cast<double>(g.output_pixels()) * g.taps() * g.depth() * g.output_channels;
       row.time = measure_ours(device, layer, direction, measure_options);
 #ifdef DEGAS_HAVE_ONEDNN
-      if (device.description().is_cpu) {
+      // oneDNN 2.6 overruns its buffers in the weight gradient of a 1x1 stride-2 layer of three channels.
+      const bool overruns =
+          direction == Direction::BackwardWeight && g.kernel_size == 1 && g.stride > 1 && g.channels < 16;
+      if (device.description().is_cpu && !overruns) {
         OneDnnConv2d peer(g, direction);
         row.peer = "oneDNN";
         row.peer_time = measure([&] { peer.run(); }, [&] { peer.wait(); }, measure_options);

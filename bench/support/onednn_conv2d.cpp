@@ -2,6 +2,7 @@
 
 #ifdef DEGAS_HAVE_ONEDNN
 
+#include <algorithm>
 #include <cstring>
 #include <dnnl.hpp>
 
@@ -35,9 +36,11 @@ OneDnnConv2d::OneDnnConv2d(const Conv2dGeometry& g, Direction direction) : state
   const memory::desc weight({g.groups, g.output_depth(), g.depth(), g.kernel_size, g.kernel_size}, f32,
                             memory::format_tag::any);
   const memory::dims strides = {g.stride, g.stride}, before = {g.padding, g.padding};
-  // oneDNN wants the padding that makes its size formula exact.
-  const memory::dims after = {(g.output_height - 1) * g.stride + g.kernel_size - g.height - g.padding,
-                              (g.output_width - 1) * g.stride + g.kernel_size - g.width - g.padding};
+  // oneDNN wants the padding that makes its size formula exact; where that is negative, none does.
+  const auto behind = [&](int input, int output) {
+    return std::max(0, (output - 1) * g.stride + g.kernel_size - input - g.padding);
+  };
+  const memory::dims after = {behind(g.height, g.output_height), behind(g.width, g.output_width)};
   const auto algorithm = dnnl::algorithm::convolution_direct;
   const auto& engine = state_->engine;
   const dnnl::convolution_forward::primitive_desc forward(
