@@ -24,8 +24,9 @@ kernel void assemble_forward(global const REAL* position_map, global const REAL*
                              global const REAL* color_map, global const int* texels, global const REAL* base_positions,
                              global const REAL* base_rotations, global const REAL* base_log_scales,
                              global REAL* positions, global REAL* rotations, global REAL* log_scales,
-                             global REAL* opacities, global REAL* colors, global REAL* offsets, const REAL offset_scale,
-                             const REAL rotation_scale, const int count) {
+                             global REAL* opacities, global REAL* colors, global REAL* offsets,
+                             global REAL* opacity_logits, const REAL offset_scale, const REAL rotation_scale,
+                             const int count) {
   GAUSSIAN_OR_RETURN;
   const REAL3 offset = vload3(texel, position_map);
   vstore3(offset, i, offsets);
@@ -38,6 +39,7 @@ kernel void assemble_forward(global const REAL* position_map, global const REAL*
 
   const REAL4 color = vload4(texel, color_map);
   opacities[i] = 1 / (1 + exp(-color.w));
+  opacity_logits[i] = color.w;
   // Not fmax, which would turn a NaN into black.
   const REAL3 shade = (REAL)0.5f + COLOR_SCALE * color.xyz;
   vstore3(select(shade, (REAL3)(0), shade <= (REAL3)(0)), i, colors);
@@ -66,12 +68,14 @@ kernel void assemble_rotations_backward(global const REAL* d_rotations, global c
 
 // No gradient to a colour that the clamp holds at 0.
 kernel void assemble_colors_backward(global const REAL* d_colors, global const REAL* d_opacities,
-                                     global const REAL* colors, global const REAL* opacities, global const int* texels,
-                                     global REAL* d_color_map, const int count) {
+                                     global const REAL* d_opacity_logits, global const REAL* colors,
+                                     global const REAL* opacities, global const int* texels, global REAL* d_color_map,
+                                     const int count) {
   GAUSSIAN_OR_RETURN;
   const REAL3 color = vload3(i, colors), d = vload3(i, d_colors);
   const REAL opacity = opacities[i];
   vstore4((REAL4)(color.x > 0 ? COLOR_SCALE * d.x : 0, color.y > 0 ? COLOR_SCALE * d.y : 0,
-                  color.z > 0 ? COLOR_SCALE * d.z : 0, opacity * (1 - opacity) * d_opacities[i]),
+                  color.z > 0 ? COLOR_SCALE * d.z : 0,
+                  opacity * (1 - opacity) * d_opacities[i] + d_opacity_logits[i]),
           texel, d_color_map);
 }

@@ -1,6 +1,6 @@
 // Terms of the loss that act on the Gaussian maps, elementwise; host/ops/reduction sums them up.
-// Launch: row_lengths* one item per row of 3; scale_excess* one item per V elements; ratio and gate one item. Local size
-// free. Deterministic: no element is written twice.
+// Launch: row_lengths* one item per row of 3; scale_excess* and shortfall* one item per V elements; ratio and gate one
+// item. Local size free. Deterministic: no element is written twice.
 #include "common/real.cl"
 
 // lengths[i] = |rows[i]|, rows (count, 3)
@@ -44,6 +44,24 @@ kernel void scale_excess_gradient(global const REAL* excess, global const REAL* 
 // output = total / max(flag_count, 1)
 kernel void ratio(global const REAL* total, global const REAL* flag_count, global REAL* output) {
   if (get_global_id(0) == 0) output[0] = total[0] / max(flag_count[0], (REAL)1);
+}
+
+#define SHORTFALL(i) (least + (base ? LOAD_VECTOR(i, base) : (REALV)0) - LOAD_VECTOR(i, values))
+
+// shortfalls = max(0, least + base - values), base absent (null): 0. A NaN stays one: it must reach the loss.
+kernel void shortfall(global const REAL* values, global const REAL* base, global REAL* shortfalls, const REAL least,
+                      const long count) {
+  const long i = get_global_id(0);
+  if (i * V >= count) return;
+  const REALV lack = SHORTFALL(i);
+  STORE_VECTOR(lack <= 0 ? (REALV)0 : lack, i, shortfalls);
+}
+
+kernel void shortfall_gradient(global const REAL* values, global const REAL* base, global const REAL* upstream,
+                               global REAL* gradient, const REAL least, const long count) {
+  const long i = get_global_id(0);
+  if (i * V >= count) return;
+  STORE_VECTOR(SHORTFALL(i) <= 0 ? (REALV)0 : -LOAD_VECTOR(i, upstream), i, gradient);
 }
 
 // output = value where control <= limit, else 0; with the output's gradient as `value` also its own gradient

@@ -82,6 +82,9 @@ void visit_fields(LossConfig& config, Visitor& visit) {
   FIELD(offset_weight);
   FIELD(scale_weight);
   FIELD(scale_limit);
+  FIELD(collapse_weight);
+  FIELD(opacity_floor);
+  FIELD(scale_floor);
 }
 
 template <typename Visitor>

@@ -67,6 +67,10 @@ void validate_loss(const LossConfig& loss, const Checker& check) {
   check.not_negative("loss.offset_weight", loss.offset_weight);
   check.not_negative("loss.scale_weight", loss.scale_weight);
   check.positive("loss.scale_limit", loss.scale_limit);
+  check.not_negative("loss.collapse_weight", loss.collapse_weight);
+  check.require(loss.opacity_floor > 0 && loss.opacity_floor < 1, "loss.opacity_floor", loss.opacity_floor,
+                "above 0 and below 1");
+  check.positive("loss.scale_floor", loss.scale_floor);
 }
 
 void validate_train(const TrainConfig& train, const Checker& check) {

@@ -34,12 +34,15 @@ CanonicalGaussians assemble(Tape& tape, const AssemblyMaps& maps, const Gaussian
 
   Device& device = tape.device();
   const CanonicalGaussians output{Tensor(device, {count, 3}), Tensor(device, {count, 4}), Tensor(device, {count, 3}),
-                                  Tensor(device, {count}),    Tensor(device, {count, 3}), Tensor(device, {count, 3})};
+                                  Tensor(device, {count}),    Tensor(device, {count, 3}), Tensor(device, {count, 3}),
+                                  Tensor(device, {count})};
   launch(device, "assemble_forward", count, maps.positions, maps.rotations_scales, maps.colors_opacities, base.texels,
          base.positions, base.rotations, base.log_scales, output.positions, output.rotations, output.log_scales,
-         output.opacities, output.colors, output.offsets, options.offset_scale, options.rotation_scale);
+         output.opacities, output.colors, output.offsets, output.opacity_logits, options.offset_scale,
+         options.rotation_scale);
   tape.record("assemble", {maps.positions, maps.rotations_scales, maps.colors_opacities},
-              {output.positions, output.rotations, output.log_scales, output.opacities, output.colors, output.offsets},
+              {output.positions, output.rotations, output.log_scales, output.opacities, output.colors, output.offsets,
+               output.opacity_logits},
               [=](Tape& tape) {
                 Device& device = tape.device();
                 tape.accumulate(maps.positions, [&](Tensor gradient) {
@@ -56,8 +59,8 @@ CanonicalGaussians assemble(Tape& tape, const AssemblyMaps& maps, const Gaussian
                 tape.accumulate(maps.colors_opacities, [&](Tensor gradient) {
                   gradient.fill_zero();
                   launch(device, "assemble_colors_backward", count, tape.gradient_or_zeros(output.colors),
-                         tape.gradient_or_zeros(output.opacities), output.colors, output.opacities, base.texels,
-                         gradient);
+                         tape.gradient_or_zeros(output.opacities), tape.gradient_or_zeros(output.opacity_logits),
+                         output.colors, output.opacities, base.texels, gradient);
                 });
               });
   return output;

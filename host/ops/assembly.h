@@ -26,12 +26,13 @@ struct AssemblyOptions {
 
 /// Gaussians in the canonical pose.
 struct CanonicalGaussians {
-  Tensor positions;   ///< (N,3) metres
-  Tensor rotations;   ///< (N,4) unit quaternions
-  Tensor log_scales;  ///< (N,3)
-  Tensor opacities;   ///< (N) 0..1
-  Tensor colors;      ///< (N,3), at least 0
-  Tensor offsets;     ///< (N,3): d_mu of the covered texels, for the loss's offset term
+  Tensor positions;       ///< (N,3) metres
+  Tensor rotations;       ///< (N,4) unit quaternions
+  Tensor log_scales;      ///< (N,3)
+  Tensor opacities;       ///< (N) 0..1
+  Tensor colors;          ///< (N,3), at least 0
+  Tensor offsets;         ///< (N,3): d_mu of the covered texels, for the loss's offset term
+  Tensor opacity_logits;  ///< (N), for the loss's opacity term
 };
 
 /// Gathers the covered texels of the maps and adds them to the base (method.md, "Gaussian maps and posing"):

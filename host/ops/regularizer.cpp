@@ -60,6 +60,27 @@ Tensor excess_scale(Tape& tape, const Tensor& log_scales, const Tensor& base_log
   return output;
 }
 
+Tensor mean_shortfall(Tape& tape, const Tensor& values, double least, const Tensor& base) {
+  Device& device = tape.device();
+  const int64_t count = values.size();
+  if (base.defined() && base.size() != count) {
+    throw std::logic_error(
+        fmt::format("[mean_shortfall] sizes differ: {} and {}", to_string(values.shape()), to_string(base.shape())));
+  }
+  const Tensor shortfalls(device, values.shape());
+  device.kernel("regularizer", "shortfall")
+      .launch(device.pointwise_global(count), device.pointwise_local(), values, base, shortfalls, least, count);
+  tape.record("shortfall", {values}, {shortfalls}, [=](Tape& tape) {
+    tape.accumulate(values, [&](const Tensor& gradient) {
+      Device& device = tape.device();
+      device.kernel("regularizer", "shortfall_gradient")
+          .launch(device.pointwise_global(count), device.pointwise_local(), values, base, shortfalls.gradient(),
+                  gradient, least, count);
+    });
+  });
+  return mean(tape, shortfalls);
+}
+
 Tensor gate(Tape& tape, const Tensor& value, const Tensor& control, double limit) {
   if (value.size() != 1 || control.size() != 1) throw std::logic_error("[gate] needs one value and one control");
   Device& device = tape.device();

@@ -7,8 +7,12 @@
 
 namespace degas {
 
-/// N anisotropic 3D Gaussians. A splat with a non-finite number, a quaternion of norm below 1e-3, a log-scale beyond +-80
-/// or an opacity outside [1/255, 1] is not drawn and receives zero gradients.
+/// Splats that are fainter, or a log-scale of which is beyond +-largest_log_scale, are drawn nowhere (ALPHA_MIN of
+/// kernels/common/splat.cl, LOG_SCALE_MAX of kernels/projection.cl).
+constexpr double faintest_opacity = 1.0 / 255, largest_log_scale = 80;
+
+/// N anisotropic 3D Gaussians. A splat with a non-finite number, a quaternion of norm below 1e-3, a log-scale beyond
+/// +-80 or an opacity outside [1/255, 1] is not drawn and receives zero gradients.
 struct Splats {
   Tensor positions;   ///< (N,3) metres, world
   Tensor rotations;   ///< (N,4) quaternions w,x,y,z of any norm

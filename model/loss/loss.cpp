@@ -76,6 +76,13 @@ LossTerms Loss::evaluate(Tape& tape, const std::vector<LossView>& views, const L
     add_weighted("lpips", scale(tape, distance, share), config_.lpips_weight * config_.lpips_every);
   add_weighted("scale", excess_scale(tape, maps.log_scales, base_log_scales_, config_.scale_limit),
                config_.scale_weight);
+  if (config_.collapse_weight > 0) {
+    const double least_logit = std::log(config_.opacity_floor / (1 - config_.opacity_floor));
+    add_weighted("collapse",
+                 add(tape, mean_shortfall(tape, maps.opacity_logits, least_logit),
+                     mean_shortfall(tape, maps.log_scales, std::log(config_.scale_floor), base_log_scales_)),
+                 config_.collapse_weight);
+  }
   if (kl_weight_ > 0 && maps.divergence.defined()) add_weighted("kl", maps.divergence, kl_weight_);
 
   const Tensor offset = mean_length(tape, maps.position_offsets);

@@ -26,20 +26,25 @@ struct LossView {
 struct LossMaps {
   Tensor position_offsets;  ///< (N,3) the position head at the Gaussians, d_mu
   Tensor log_scales;        ///< (N,3)
+  Tensor opacity_logits;    ///< (N)
   Tensor divergence;        ///< (1) of the latent from a unit Gaussian; undefined where net.kl_weight is 0
 };
 
 /// The loss of one step and what it is made of: each of shape (1), unweighted means over the views.
 struct LossTerms {
   Tensor total;
-  std::map<std::string, Tensor> terms;  ///< l1_ssim, lpips (in steps that have it), offset, scale, kl (where weighted)
+  std::map<std::string, Tensor>
+      terms;  ///< l1_ssim, lpips (in steps that have it), offset, scale, collapse and kl (where weighted)
 
   /// The terms and "loss", the total, as numbers. Waits for the device: for logging.
   std::map<std::string, double> values() const;
 };
 
-/// (1 - w) L1 + w (1 - SSIM) + LPIPS + mean |d_mu| + L_s + KL, weighted as the config says (method.md, "Loss,
-/// optimiser, schedule"). Decides and adds on the device.
+/// (1 - w) L1 + w (1 - SSIM) + LPIPS + mean |d_mu| + L_s + L_c + KL, weighted as the config says (method.md, "Loss,
+/// optimiser, schedule"). L_c, "collapse", is this project's own: the mean shortfall of opacity logits below that of
+/// loss.opacity_floor, and of log-scales below loss.scale_floor times their base. Pictures have no say beyond: what is
+/// fainter than 1/255 is not drawn, and of what is far below a pixel only the blur shows, so that a step too far (L_s
+/// does that to scales that have exploded) would be for good. Decides and adds on the device.
 class Loss {
  public:
   /// Reads config.loss, net.kl_weight and train.gradient_clip.offset_limit (a step whose mean |d_mu| exceeds it has the

@@ -46,12 +46,27 @@ Tensor target_of(Device& device, const TrainingPicture& picture) {
                    picture.background);
 }
 
+/// Gaussians that no picture would show, and so none can bring back.
+int64_t count_dead(const CanonicalGaussians& gaussians) {
+  const std::vector<float> opacities = gaussians.opacities.to_host<float>();
+  const std::vector<float> log_scales = gaussians.log_scales.to_host<float>();
+  int64_t dead = 0;
+  for (size_t i = 0; i < opacities.size(); ++i) {
+    const bool lives = opacities[i] >= faintest_opacity && std::abs(log_scales[3 * i]) <= largest_log_scale &&
+                       std::abs(log_scales[3 * i + 1]) <= largest_log_scale &&
+                       std::abs(log_scales[3 * i + 2]) <= largest_log_scale;
+    dead += !lives;
+  }
+  return dead;
+}
+
 nlohmann::json history_line(const TrainingReport& report) {
   nlohmann::json line = {{"step", report.step},
                          {"seconds", report.seconds},
                          {"steps_per_second", report.steps_per_second},
                          {"learning_rate", report.learning_rate},
-                         {"skipped", report.skipped}};
+                         {"skipped", report.skipped},
+                         {"dead_texels", report.dead_texels}};
   for (const auto& [name, value] : report.losses) line[name] = value;
   if (report.validation_psnr) line["validation_psnr"] = *report.validation_psnr;
   return line;
@@ -108,7 +123,7 @@ SplatImage Trainer::draw(Tape& tape, const Splats& splats, const TrainingPicture
   return splat(tape, workspace_, splats, picture.view, picture.background, splat_options(config_.render));
 }
 
-LossTerms Trainer::train_step(const LoadedStep& loaded, double fraction) {
+Trainer::Step Trainer::train_step(const LoadedStep& loaded, double fraction) {
   const auto& prepared = std::any_cast<const PreparedStep&>(loaded.maps);
   Tape tape(device_);
   const Avatar::Signal signal = avatar_.upload(prepared.signal);
@@ -120,12 +135,13 @@ LossTerms Trainer::train_step(const LoadedStep& loaded, double fraction) {
     views.push_back(
         {draw(tape, splats, picture).color, target_of(device_, picture), picture.region, picture.background});
   }
-  const LossMaps maps{decoded.gaussians.offsets, decoded.gaussians.log_scales, decoded.divergence};
+  const LossMaps maps{decoded.gaussians.offsets, decoded.gaussians.log_scales, decoded.gaussians.opacity_logits,
+                      decoded.divergence};
   const LossTerms terms = loss_.evaluate(tape, views, maps, loaded.step);
   tape.backward(terms.total);
   const double factor = learning_rate_factor(fraction);
   optimiser_.step({factor * config_.train.learning_rate, factor * config_.train.pose_learning_rate});
-  return terms;
+  return {terms, decoded.gaussians};
 }
 
 double Trainer::validation_psnr() {
@@ -154,11 +170,12 @@ void Trainer::require_progress(const Adam::Counters& counters) const {
       run_.has_checkpoint() ? "the last good checkpoint stands" : "there is no checkpoint yet");
 }
 
-TrainingReport Trainer::make_report(const LossTerms& terms, const Adam::Counters& counters, double fraction) const {
+TrainingReport Trainer::make_report(const Step& step, const Adam::Counters& counters, double fraction) const {
   TrainingReport report;
   report.step = step_;
   report.fraction = fraction;
-  report.losses = terms.values();
+  report.losses = step.terms.values();
+  report.dead_texels = count_dead(step.gaussians);
   report.skipped = counters.skipped;
   report.learning_rate = config_.train.learning_rate * learning_rate_factor(fraction);
   return report;
@@ -188,7 +205,7 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       end = TrainingEnd::OutOfTime;
     if (end != TrainingEnd::Finished) break;
 
-    const LossTerms terms = train_step(loader.next(), fraction());
+    const Step step = train_step(loader.next(), fraction());
     ++step_;
     const bool last = step_ == budget.iterations;
     const auto due = [&](int64_t every) { return every > 0 && (step_ % every == 0 || last); };
@@ -202,7 +219,7 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       require_progress(counters);
     }
     if (reports) {
-      TrainingReport line = make_report(terms, counters, fraction());
+      TrainingReport line = make_report(step, counters, fraction());
       line.steps_per_second = static_cast<double>(step_ - last_reported_step) / seconds_since(last_report);
       line.seconds = seconds_since(start);
       if (validates) line.validation_psnr = validation_psnr();

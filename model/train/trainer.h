@@ -24,6 +24,7 @@ struct TrainingReport {
   std::map<std::string, double> losses;   ///< "loss" and its terms, of this step
   std::optional<double> validation_psnr;  ///< dB, where one was made since the last report
   int skipped = 0;                        ///< non-finite steps so far
+  int64_t dead_texels = 0;                ///< of this step's frame: too faint, small or large to be drawn at all
   double learning_rate = 0;
 };
 
@@ -53,14 +54,18 @@ class Trainer {
   const Avatar& avatar() const { return avatar_; }
 
  private:
-  LossTerms train_step(const LoadedStep& loaded, double fraction);
+  struct Step {
+    LossTerms terms;
+    CanonicalGaussians gaussians;
+  };
+  Step train_step(const LoadedStep& loaded, double fraction);
   Splats posed_splats(Tape& tape, const Avatar::Signal& signal, const CanonicalGaussians& gaussians, int frame) const;
   SplatImage draw(Tape& tape, const Splats& splats, const TrainingPicture& picture);
   double learning_rate_factor(double fraction) const;
   double validation_psnr();
   /// Throws the Error of steps that fail in a row.
   void require_progress(const Adam::Counters& counters) const;
-  TrainingReport make_report(const LossTerms& terms, const Adam::Counters& counters, double fraction) const;
+  TrainingReport make_report(const Step& step, const Adam::Counters& counters, double fraction) const;
   void save() const;
 
   Device& device_;

@@ -27,4 +27,38 @@ inline TrainingEnd train(Trainer& trainer, const Config& config,
   return trainer.run(budget, ignore);
 }
 
+/// Mean photometric loss of a training's last twelve reports.
+inline double mean_of_last_losses(const std::vector<TrainingReport>& reports) {
+  double sum = 0;
+  for (auto report = reports.end() - 12; report != reports.end(); ++report) sum += report->losses.at("l1_ssim");
+  return sum / 12;
+}
+
+/// A head's bias, (R,R,channels), of which one channel is changed at every `stride`-th texel: how training that has
+/// gone astray is staged.
+class HeadBias {
+ public:
+  HeadBias(const Trainer& trainer, const std::string& head, int channel, size_t stride = 1)
+      : values_(trainer.avatar().network().parameters().find(head + ".bias")), channel_(channel), stride_(stride) {}
+
+  void add(double amount) {
+    std::vector<float> numbers = values_.to_host<float>();
+    for (size_t i = channel_; i < numbers.size(); i += step()) numbers[i] += static_cast<float>(amount);
+    values_.upload(std::span<const float>(numbers));
+  }
+  /// Of the changed texels.
+  std::vector<float> values() const {
+    const std::vector<float> numbers = values_.to_host<float>();
+    std::vector<float> chosen;
+    for (size_t i = channel_; i < numbers.size(); i += step()) chosen.push_back(numbers[i]);
+    return chosen;
+  }
+
+ private:
+  size_t step() const { return static_cast<size_t>(values_.dim(-1)) * stride_; }
+
+  Tensor values_;
+  size_t channel_, stride_;
+};
+
 }  // namespace degas::test

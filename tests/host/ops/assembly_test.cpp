@@ -43,7 +43,7 @@ TEST_CASE("assembly equals the formulas") {
   const auto d_mu = scene.maps.positions.to_host<double>(), d_turn = scene.maps.rotations_scales.to_host<double>();
   const auto shade = scene.maps.colors_opacities.to_host<double>(), mu = scene.base.positions.to_host<double>();
   const auto q = scene.base.rotations.to_host<double>(), log_scale = scene.base.log_scales.to_host<double>();
-  std::vector<double> positions, rotations, log_scales, opacities, colors, offsets;
+  std::vector<double> positions, rotations, log_scales, opacities, colors, offsets, logits;
   for (size_t i = 0; i < scene.texels.size(); ++i) {
     const int texel = scene.texels[i];
     double turned[4], squared = 0;
@@ -58,6 +58,7 @@ TEST_CASE("assembly equals the formulas") {
       log_scales.push_back(log_scale[i * 3 + c] + d_turn[texel * 7 + 4 + c]);
       colors.push_back(std::max(0.0, 0.5 + 0.2821 * shade[texel * 4 + c]));
     }
+    logits.push_back(shade[texel * 4 + 3]);
     opacities.push_back(1 / (1 + std::exp(-shade[texel * 4 + 3])));
   }
   CHECK(largest_difference(got.positions.to_host<double>(), positions) < 1e-6);
@@ -66,6 +67,7 @@ TEST_CASE("assembly equals the formulas") {
   CHECK(largest_difference(got.opacities.to_host<double>(), opacities) < 1e-6);
   CHECK(largest_difference(got.colors.to_host<double>(), colors) < 1e-6);
   CHECK(largest_difference(got.offsets.to_host<double>(), offsets) < 1e-6);
+  CHECK(largest_difference(got.opacity_logits.to_host<double>(), logits) < 1e-6);
 }
 
 TEST_CASE("assembly gradients pass finite differences and are zero at texels without a Gaussian") {
@@ -76,7 +78,7 @@ TEST_CASE("assembly gradients pass finite differences and are zero at texels wit
   }
   const auto function = [&](Tape& tape, const std::vector<Tensor>& in) {
     const CanonicalGaussians g = assemble(tape, {in[0], in[1], in[2]}, scene.base, {0.05, 0.3});
-    return std::vector{g.positions, g.rotations, g.log_scales, g.opacities, g.colors, g.offsets};
+    return std::vector{g.positions, g.rotations, g.log_scales, g.opacities, g.colors, g.offsets, g.opacity_logits};
   };
   CHECK(gradient_check(device, function,
                        {scene.maps.positions, scene.maps.rotations_scales, scene.maps.colors_opacities},

@@ -42,6 +42,35 @@ TEST_CASE("excess_scale averages the scales above ten times their base") {
   CHECK(std::isnan(run({NAN, 0.09, 0.1, 1e-4}, &gradient)));
 }
 
+TEST_CASE("mean_shortfall pulls what lies below the floor, however far, and nothing else") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const auto run = [&](const std::vector<double>& numbers, std::vector<double>* gradient) {
+    const Tensor values = Tensor::from(device, {4}, std::span<const double>(numbers)).set_requires_gradient();
+    Tape tape(device);
+    const Tensor loss = mean_shortfall(tape, values, -5);
+    tape.backward(loss);
+    *gradient = values.gradient().to_host<double>();
+    return loss.to_host<double>()[0];
+  };
+  std::vector<double> gradient;
+  CHECK(run({-8, -5, 3, -105}, &gradient) == Approx(103 / 4.0));
+  CHECK(gradient == std::vector<double>{-0.25, 0, 0, -0.25});
+  CHECK(run({-4, -5, 3, 90}, &gradient) == 0);
+  CHECK(gradient == std::vector<double>{0, 0, 0, 0});
+  CHECK(std::isnan(run({NAN, -5, 3, 90}, &gradient)));
+
+  // With a base the floor differs from element to element.
+  const std::vector<double> numbers = {1, 2, 3}, bases = {0, 4, 6};
+  const Tensor values = Tensor::from(device, {3}, std::span<const double>(numbers)).set_requires_gradient();
+  const Tensor base = Tensor::from(device, {3}, std::span<const double>(bases));
+  Tape tape(device);
+  const Tensor loss = mean_shortfall(tape, values, -1, base);
+  tape.backward(loss);
+  CHECK(loss.to_host<double>()[0] == Approx(1));
+  CHECK(largest_difference(values.gradient().to_host<double>(), {0, -1 / 3.0, -1 / 3.0}) < 1e-6);
+  CHECK_THROWS_AS(mean_shortfall(tape, values, -1, random_tensor(device, {4}, 1)), std::logic_error);
+}
+
 TEST_CASE("gradients of the regularisers pass finite differences") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
   const int64_t rows = GENERATE(1, 5, 1031);
@@ -52,6 +81,10 @@ TEST_CASE("gradients of the regularisers pass finite differences") {
     return std::vector{mean_length(tape, in[0]), excess_scale(tape, in[1], base, 10)};
   };
   CHECK(gradient_check(device, function, {offsets, log_scales}, {.samples_per_input = 20}) < 1e-6);
+  const auto shortfalls = [&](Tape& tape, const std::vector<Tensor>& in) {
+    return std::vector{mean_shortfall(tape, in[0], -1), mean_shortfall(tape, in[0], 1, base)};
+  };
+  CHECK(gradient_check(device, shortfalls, {log_scales}, {.samples_per_input = 20}) < 1e-6);
 }
 
 TEST_CASE("the gate lets a value and its gradient through below the limit only") {

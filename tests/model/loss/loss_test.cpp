@@ -32,6 +32,7 @@ Scene make_scene(Device& device, int side = 40) {
   }
   scene.maps.position_offsets = random_tensor(device, {20, 3}, 30, -0.04, 0.04).set_requires_gradient();
   scene.maps.log_scales = random_tensor(device, {20, 3}, 31, -4, 1).set_requires_gradient();
+  scene.maps.opacity_logits = random_tensor(device, {20}, 34, -8, 4).set_requires_gradient();
   scene.maps.divergence = random_tensor(device, {1}, 32, 1, 2).set_requires_gradient();
   scene.base = random_tensor(device, {20, 3}, 33, -4, -3);
   return scene;
@@ -41,6 +42,7 @@ Config without_lpips(double offset_limit = 0.1) {
   Config config;
   config.loss.lpips_weight = 0;
   config.net.kl_weight = 0.5;
+  config.loss.scale_floor = 0.5;  // which some of the scene's log-scales lie below
   config.train.gradient_clip.offset_limit = offset_limit;
   return config;
 }
@@ -62,15 +64,20 @@ TEST_CASE("the total is the weighted sum of the terms, views averaged") {
     photometric += 0.5 * number(l1_ssim_loss(tape, view.image, view.target, 0.2));
   const double offset = number(mean_length(tape, scene.maps.position_offsets));
   const double excess = number(excess_scale(tape, scene.maps.log_scales, scene.base, 10));
+  const double collapse = number(mean_shortfall(tape, scene.maps.opacity_logits, std::log(0.008 / 0.992))) +
+                          number(mean_shortfall(tape, scene.maps.log_scales, std::log(0.5), scene.base));
   const double divergence = number(scene.maps.divergence);
   REQUIRE(offset < 0.1);
   REQUIRE(excess > 0);
-  CHECK(values.size() == 5);
+  REQUIRE(collapse > 0);
+  CHECK(values.size() == 6);
   CHECK(values.at("l1_ssim") == Approx(photometric).epsilon(1e-5));
   CHECK(values.at("offset") == Approx(offset));
   CHECK(values.at("scale") == Approx(excess));
+  CHECK(values.at("collapse") == Approx(collapse));
   CHECK(values.at("kl") == Approx(divergence));
-  CHECK(values.at("loss") == Approx(photometric + 0.001 * offset + excess + 0.5 * divergence).epsilon(1e-5));
+  CHECK(values.at("loss") ==
+        Approx(photometric + 0.001 * offset + excess + 0.01 * collapse + 0.5 * divergence).epsilon(1e-5));
 }
 
 TEST_CASE("offsets beyond the limit leave the offset term alone") {
@@ -95,8 +102,8 @@ TEST_CASE("the gradient of the whole loss passes finite differences") {
   Device& device = test::device(KernelSet::Wide, Real::Double);
   const Scene scene = make_scene(device, 12);
   Config config = without_lpips();
-  // At its usual 0.001 the differences of a total near 1 would keep too few digits of this term.
-  config.loss.offset_weight = 1;
+  // At their usual weights the differences of a total near 1 would keep too few digits of these terms.
+  config.loss.offset_weight = config.loss.collapse_weight = 1;
   const Loss loss(device, config, scene.base);
   const auto function = [&](Tape& tape, const std::vector<Tensor>&) {
     return std::vector{loss.evaluate(tape, scene.views, scene.maps, 0).total};
@@ -105,7 +112,8 @@ TEST_CASE("the gradient of the whole loss passes finite differences") {
   // one.
   const std::vector<Tensor> pictures{scene.views[0].image, scene.views[1].image};
   CHECK(gradient_check(device, function, pictures, {.step = 1e-4, .samples_per_input = 16}) < 1e-6);
-  const std::vector<Tensor> maps{scene.maps.position_offsets, scene.maps.log_scales, scene.maps.divergence};
+  const std::vector<Tensor> maps{scene.maps.position_offsets, scene.maps.log_scales, scene.maps.opacity_logits,
+                                 scene.maps.divergence};
   CHECK(gradient_check(device, function, maps, {.step = 1e-5}) < 1e-6);
 }
 
@@ -176,7 +184,8 @@ TEST_CASE("steps of loss and Adam repeat to the bit and allocate nothing after t
       tape.backward(loss.evaluate(tape, scene.views, scene.maps, step).total);
       adam.step({1e-2});
       // The others are no parameters here: Adam does not give their gradients back.
-      for (Tensor other : {scene.views[1].image, scene.maps.position_offsets, scene.maps.divergence})
+      for (Tensor other :
+           {scene.views[1].image, scene.maps.position_offsets, scene.maps.opacity_logits, scene.maps.divergence})
         other.clear_gradient();
       const size_t allocations = device.memory_statistics().device_allocations;
       if (step == 0) after_first = allocations;
