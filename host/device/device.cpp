@@ -183,10 +183,10 @@ Kernel Device::kernel(const std::string& file, const std::string& name, const De
   }
   auto program = open_cl_->programs.find(key);
   if (program == open_cl_->programs.end()) {
-    const std::string options =
-        fmt::format("-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros -DREAL={} -DREAL_IS_DOUBLE={} -DV={} -DWIDE={}{}",
-                    real_bytes() == 8 ? "double" : "float", real_bytes() == 8 ? 1 : 0, vector_width(),
-                    is_wide() ? 1 : 0, key.substr(file.size()));
+    const std::string options = fmt::format(
+        "-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros{} -DREAL={} -DREAL_IS_DOUBLE={} -DV={} -DWIDE={}{}",
+        options_.flush_denormals ? " -cl-denorms-are-zero" : "", real_bytes() == 8 ? "double" : "float",
+        real_bytes() == 8 ? 1 : 0, vector_width(), is_wide() ? 1 : 0, key.substr(file.size()));
     const std::string source = kernel_source(file + ".cl", options_.kernel_folder);
     program = open_cl_->programs
                   .emplace(key, build_program(open_cl_->context, open_cl_->device, file + ".cl", source, options))

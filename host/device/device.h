@@ -34,6 +34,7 @@ struct DeviceOptions {
   bool profile = false;                 ///< time every launch by events
   bool poison_memory = false;           ///< fill fresh memory with NaN bits: tests see reads of what nobody wrote
   size_t memory_limit = 0;              ///< bytes the pool may hold; 0: the driver decides
+  bool flush_denormals = false;         ///< build kernels with -cl-denorms-are-zero, where the device knows it
   std::filesystem::path kernel_folder;  ///< read kernels from here instead of the embedded ones
 };
 

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <regex>
 
 #include "host/error.h"
 
@@ -31,6 +32,14 @@ fs::path temporary_name(const fs::path& path) {
   const std::string name =
       fmt::format(".{}.{}-{}.tmp{}", path.stem().string(), getpid(), calls++, path.extension().string());
   return path.parent_path() / name;
+}
+
+void remove_temporaries(const fs::path& folder) {
+  static const std::regex name("\\..+\\.[0-9]+-[0-9]+\\.tmp.*");
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    if (std::regex_match(entry.path().filename().string(), name)) fs::remove(entry.path(), ignored);
+  }
 }
 
 void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {

@@ -49,9 +49,10 @@ class SplatWorkspace {
 /// Draws the splats front to back in the order (depth, index) by EWA splatting (Zwicker et al. 2001; Kerbl et al.
 /// 2023): alpha = min(0.99, opacity exp(-d^T C^-1 d / 2)), nothing below 1/255, nothing behind a transmittance of 1e-4.
 /// The Jacobian of the perspective is taken at x/z and y/z clamped to the image's edges plus 15 % of its size; splats
-/// whose centre lies beyond are drawn with the clamped Jacobian's shape. Gradients go to every field of `splats` that
-/// requires one, bit-reproducibly. One read-back of 8 bytes a view (the number of intersections, to size the launches);
-/// throws Error when a view has more than 2^31 - 1 of them.
+/// whose centre lies beyond are drawn about their true centre with the shape, and so the long axis, of the clamped
+/// place: exact for an axis parallel to the image; one that also runs in depth turns towards what it would be at the
+/// limit. Gradients go to every field of `splats` that requires one, bit-reproducibly. One read-back of 8 bytes a view
+/// (the number of intersections, to size the launches); throws Error when a view has more than 2^31 - 1 of them.
 SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& splats, const Camera& camera,
                  const std::array<double, 3>& background, const SplatOptions& options = {});
 

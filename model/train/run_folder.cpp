@@ -48,6 +48,10 @@ void RunFolder::require_trained() const {
   }
 }
 
+void RunFolder::remove_leftovers() const {
+  remove_temporaries(path_);
+}
+
 void RunFolder::truncate_history(int64_t step) const {
   std::ifstream stream(history_file());
   std::string kept;

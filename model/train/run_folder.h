@@ -32,6 +32,8 @@ class RunFolder {
   /// Throws Error naming the folder and the file it lacks.
   void require_trained() const;
 
+  /// Removes what a killed run was about to write: a checkpoint's first half may be as large as the whole.
+  void remove_leftovers() const;
   /// Drops the lines of history.jsonl after `step`, so that a resumed run continues the record of its checkpoint.
   void truncate_history(int64_t step) const;
   /// Throws Error when the disk refuses.

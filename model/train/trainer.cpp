@@ -277,6 +277,7 @@ void Trainer::resume() {
   restore_optimiser(optimiser_, checkpoint, file);
   step_ = checkpoint.header.at("step");
   minutes_spent_ = checkpoint.header.value("minutes_spent", 0.0);
+  run_.remove_leftovers();
   run_.truncate_history(step_);
   run_.write_config(config_);
 }

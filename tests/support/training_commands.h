@@ -1,10 +1,14 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/catch.h"
@@ -40,6 +44,28 @@ struct TrainCommand {
   }
   ProgramResult operator()() const { return run_program(arguments(), environment); }
 };
+
+inline size_t line_count(const std::filesystem::path& path) {
+  const std::string text = file_text(path);
+  return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+/// Waits until history.jsonl has that many lines; false when the program ends before.
+inline bool await_lines(RunningProgram& program, const std::filesystem::path& run, size_t lines) {
+  while (line_count(run / "history.jsonl") < lines) {
+    if (!program.running()) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return true;
+}
+
+/// One line a step, none twice and none missing.
+inline void check_history(const std::filesystem::path& run, int64_t steps) {
+  std::istringstream history(file_text(run / "history.jsonl"));
+  int64_t step = 0;
+  for (std::string line; std::getline(history, line);) CHECK(nlohmann::json::parse(line).at("step") == ++step);
+  CHECK(step == steps);
+}
 
 /// Refused as users should be: exit code 2 and one line, which holds all the parts.
 inline void check_refused(const ProgramResult& result, const std::vector<std::string>& parts) {

@@ -28,6 +28,16 @@ TEST_CASE("kernels of a folder override the embedded ones, and a missing file is
   CHECK(kernel_source("pointwise.cl", {}).find("kernel void add") != std::string::npos);
 }
 
+TEST_CASE("denormal numbers are kept, or flushed to zero on request") {
+  DeviceOptions options;
+  options.flush_denormals = GENERATE(false, true);
+  Device device(options);
+  Tape tape(device, false);
+  const double small = 1e-30;
+  const Tensor product = scale(tape, Tensor::from(device, {1}, std::span<const double>(&small, 1)), 1e-10);
+  CHECK((product.to_host<float>()[0] == 0) == options.flush_denormals);
+}
+
 TEST_CASE("program binaries are cached, and a damaged one is rebuilt") {
   const fs::path folder = fs::temp_directory_path() / "degas_program_cache_test";
   fs::remove_all(folder);

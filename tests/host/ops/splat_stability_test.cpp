@@ -1,4 +1,5 @@
 // The ways in which splatters are known to fail: each case here is one of them.
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -138,6 +139,69 @@ TEST_CASE("huge and tiny scales stay finite") {
       CHECK(all_finite(drawn));
       CHECK(*std::max_element(drawn.alpha.begin(), drawn.alpha.end()) <= 1);
     }
+  }
+}
+
+TEST_CASE("determinants of tiny scales do not underflow, with denormals kept or flushed to zero") {
+  DeviceOptions device_options;
+  device_options.kernel_set = GENERATE(from_range(kernel_sets()));
+  device_options.flush_denormals = true;
+  Device flushing(device_options);
+  SplatOptions options;
+  options.antialias = GENERATE(false, true);
+  options.blur = GENERATE(0.3, 0.0);
+  for (const double scale : {1e-4, 1e-5, 1e-6, 1e-7}) {
+    for (int axes = 1; axes < 8; ++axes) {
+      CAPTURE(scale, axes);
+      SplatScene scene = left_scene();
+      const auto axis = [&](int bit) { return axes & bit ? std::log(scale) : -3.0; };
+      scene.add({0.6, 0.05, 2}, {0.8, 0.1, -0.3, 0.4}, {axis(1), axis(2), axis(4)}, 0.7, {0.9, 0.1, 0.4});
+      const Drawn kept = draw(test::device(*device_options.kernel_set), scene, plain_camera(), options);
+      const Drawn flushed = draw(flushing, scene, plain_camera(), options);
+      CHECK(all_finite(kept));
+      CHECK(all_finite(flushed));
+      CHECK(flushed.color == kept.color);
+      CHECK(flushed.gradients == kept.gradients);
+      if (options.blur == 0) continue;  // the reference's determinants are not guarded
+      const ReferenceImage expected = reference_render(scene, plain_camera(), background, options);
+      CHECK(largest_difference({kept.color.begin(), kept.color.end()}, expected.color) < 2e-5);
+    }
+  }
+}
+
+TEST_CASE("a needle whose centre is out of sight keeps the direction that is documented") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const Camera camera = plain_camera();
+  const double limit = (1.15 * 48 - camera.cx) / camera.fx;
+  // Radians between the x axis and the long axis of what is seen, by second moments.
+  const auto seen_angle = [&](double ratio, const Eigen::Vector3d& direction) {
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), direction);
+    SplatScene scene;
+    scene.add({2 * ratio, 0.1, 2}, {turn.w(), turn.x(), turn.y(), turn.z()}, {1, -6, -6}, 0.95, {1, 1, 1});
+    const std::vector<float> alpha = draw(device, scene, camera).alpha;
+    Eigen::Vector3d first = Eigen::Vector3d::Zero();
+    Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+    for (int pixel = 0; pixel < 48 * 32; ++pixel) {
+      const Eigen::Vector2d at(pixel % 48, pixel / 48);
+      first += alpha[pixel] * Eigen::Vector3d(1, at.x(), at.y());
+      second += alpha[pixel] * at * at.transpose();
+    }
+    CHECK(first[0] > 5);
+    const Eigen::Vector2d mean = first.tail<2>() / first[0];
+    const Eigen::Vector2d axis =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(second / first[0] - mean * mean.transpose())
+            .eigenvectors()
+            .col(1);
+    return std::atan(axis.y() / axis.x());
+  };
+  const double tolerance = 0.01;
+  for (const double ratio : {0.5, 0.7, 0.77, 0.79, 0.9, 1.0}) {
+    CAPTURE(ratio);
+    const Eigen::Vector3d flat(std::cos(0.15), std::sin(0.15), 0), deep = Eigen::Vector3d(0.8, 0.15, 0.5).normalized();
+    CHECK(seen_angle(ratio, flat) == Approx(0.15).margin(tolerance));
+    const double place = std::min(ratio, limit), y_ratio = 0.05;
+    CHECK(seen_angle(ratio, deep) ==
+          Approx(std::atan((deep.y() - y_ratio * deep.z()) / (deep.x() - place * deep.z()))).margin(tolerance));
   }
 }
 
