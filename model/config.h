@@ -15,6 +15,9 @@ enum class SkinningInterpolation { Barycentric, Nearest };
 enum class LpipsNetwork { Alex, Squeeze };
 /// The part of the picture that the perceptual loss sees: all, the person's box, or the face's box.
 enum class LossRegion { Full, Person, Face };
+/// What tells the face's expression (method.md, "Driving signals"): the codes of a portrait encoder, or the registered
+/// expression coefficients and jaw, which then also drives the body's jaw joint.
+enum class FaceSignal { Code, Expression };
 enum class LearningRateSchedule { Constant, Cosine };
 
 /// Sizes and switches of the network (method.md, "Network"). Channel lists are the paper's, before `width`.
@@ -102,6 +105,11 @@ struct TrainConfig {
   int max_skipped_steps = 20;  ///< non-finite steps in a row before training stops
 };
 
+struct FaceConfig {
+  FaceSignal signal = FaceSignal::Code;  ///< code | expression
+  int frontal_views = 4;                 ///< face codes of a frame come from so many most frontal cameras
+};
+
 /// What of a capture is used. Lists by name; an empty list means all.
 struct DataConfig {
   double image_scale = 1;               ///< factor on the pictures' sides (the paper trains DREAMS at half size)
@@ -109,7 +117,6 @@ struct DataConfig {
   std::vector<std::string> hold_out;    ///< cameras that training never sees, their face codes included
   std::vector<std::string> validation;  ///< training cameras set aside for the running PSNR; empty: none is
   std::vector<int> frames;              ///< rows of the capture's parameters
-  int frontal_views = 4;                ///< face codes of a frame come from so many most frontal cameras
   bool crop_to_person = false;          ///< train on the person's box rather than whole pictures
   int crop_margin = 16;                 ///< pixels around that box
 };
@@ -126,6 +133,7 @@ struct Config {
   GaussianConfig gaussians;
   LossConfig loss;
   TrainConfig train;
+  FaceConfig face;
   DataConfig data;
   RenderConfig render;
 };

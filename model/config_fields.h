@@ -27,6 +27,10 @@ inline std::vector<std::string> choice_names<LossRegion>() {
   return {"full", "person", "face"};
 }
 template <>
+inline std::vector<std::string> choice_names<FaceSignal>() {
+  return {"code", "expression"};
+}
+template <>
 inline std::vector<std::string> choice_names<LearningRateSchedule>() {
   return {"constant", "cosine"};
 }
@@ -119,13 +123,18 @@ void visit_fields(TrainConfig& config, Visitor& visit) {
 }
 
 template <typename Visitor>
+void visit_fields(FaceConfig& config, Visitor& visit) {
+  FIELD(signal);
+  FIELD(frontal_views);
+}
+
+template <typename Visitor>
 void visit_fields(DataConfig& config, Visitor& visit) {
   FIELD(image_scale);
   FIELD(cameras);
   FIELD(hold_out);
   FIELD(validation);
   FIELD(frames);
-  FIELD(frontal_views);
   FIELD(crop_to_person);
   FIELD(crop_margin);
 }
@@ -143,6 +152,7 @@ void visit_fields(Config& config, Visitor& visit) {
   FIELD(gaussians);
   FIELD(loss);
   FIELD(train);
+  FIELD(face);
   FIELD(data);
   FIELD(render);
 }

@@ -108,7 +108,7 @@ void validate(const Config& config, const std::string& name) {
   validate_train(config.train, check);
   check.require(config.data.image_scale > 0 && config.data.image_scale <= 4, "data.image_scale",
                 config.data.image_scale, "above 0 and at most 4");
-  check.positive("data.frontal_views", config.data.frontal_views);
+  check.positive("face.frontal_views", config.face.frontal_views);
   check.not_negative("data.crop_margin", config.data.crop_margin);
   for (const int frame : config.data.frames) check.not_negative("data.frames", frame);
   check.positive("render.near_plane", config.render.near_plane);

@@ -1,16 +1,23 @@
 #include "model/drive/driving_signal.h"
 
 namespace degas {
-Pose neutral_face(Pose pose) {
-  if (pose.axis_angles.size() > static_cast<size_t>(JawJoint)) pose.axis_angles[JawJoint].setZero();
-  pose.expression.assign(pose.expression.size(), 0.0);
-  return pose;
+Pose driven_pose(Pose registered, FaceSignal signal) {
+  const bool has_jaw = registered.axis_angles.size() > static_cast<size_t>(JawJoint);
+  if (signal != FaceSignal::Expression && has_jaw) registered.axis_angles[JawJoint].setZero();
+  registered.expression.assign(registered.expression.size(), 0.0);
+  return registered;
 }
 
-DrivingSignal make_driving_signal(const BodyModel& body, const UvAtlas& atlas, const Pose& registered,
+std::vector<float> expression_code(const Pose& registered) {
+  std::vector<float> code(registered.expression.begin(), registered.expression.end());
+  for (const double angle : registered.axis_angles[JawJoint]) code.push_back(static_cast<float>(angle));
+  return code;
+}
+
+DrivingSignal make_driving_signal(const BodyModel& body, const UvAtlas& atlas, Pose driven,
                                   const std::vector<double>& betas, std::vector<float> face_code) {
   DrivingSignal signal;
-  signal.pose = neutral_face(registered);
+  signal.pose = std::move(driven);
   for (size_t joint = 1; joint < signal.pose.axis_angles.size(); ++joint) {
     for (double angle : signal.pose.axis_angles[joint]) signal.joint_angles.push_back(static_cast<float>(angle));
   }

@@ -37,7 +37,7 @@ Pose Avatar::registered_pose(const Capture& capture, int frame) const {
 }
 
 DrivingSignal Avatar::signal(const Pose& registered, std::vector<float> face_code) const {
-  return make_driving_signal(body_, atlas_, registered, betas_, std::move(face_code));
+  return make_driving_signal(body_, atlas_, driven_pose(registered), betas_, std::move(face_code));
 }
 
 DrivingSignal Avatar::signal(const Capture& capture, int frame, std::vector<float> face_code) const {

@@ -37,6 +37,8 @@ class Avatar {
   /// The capture's pose of a frame. The mean hand is added where its finger angles are relative to that: Error when the
   /// body model has none.
   Pose registered_pose(const Capture& capture, int frame) const;
+  /// What of a registered pose moves the body: driven_pose by face.signal.
+  Pose driven_pose(const Pose& registered) const { return degas::driven_pose(registered, config_.face.signal); }
   /// The signal of a registered pose and a face code; host work, any thread.
   DrivingSignal signal(const Pose& registered, std::vector<float> face_code) const;
   DrivingSignal signal(const Capture& capture, int frame, std::vector<float> face_code) const;

@@ -4,26 +4,33 @@
 #include <cmath>
 
 #include "host/error.h"
+#include "model/drive/driving_signal.h"
 
 namespace degas {
 
-FaceCodes::FaceCodes(const Capture& capture, std::vector<int> cameras, int frontal_views, FrontalAngle frontal_angle,
-                     std::optional<int> size)
+FaceCodes::FaceCodes(const Capture& capture, std::vector<int> cameras, const FaceConfig& config,
+                     FrontalAngle frontal_angle, std::optional<int> size)
     : capture_(capture),
       cameras_(std::move(cameras)),
-      frontal_views_(frontal_views),
+      config_(config),
       frontal_angle_(std::move(frontal_angle)),
-      size_(size.value_or(capture.face_code_size())) {}
+      size_(size.value_or(face_code_size(capture, config.signal))) {}
+
+int face_code_size(const Capture& capture, FaceSignal signal) {
+  if (signal == FaceSignal::Code) return capture.face_code_size();
+  return static_cast<int>(expression_code(capture.pose(0)).size());
+}
 
 const FaceCodes::FrameCodes& FaceCodes::codes_of(int frame) {
   if (const auto found = kept_.find(frame); found != kept_.end()) return found->second;
+  if (config_.signal == FaceSignal::Expression) return kept_[frame] = {{}, {expression_code(capture_.pose(frame))}};
   std::vector<std::pair<double, int>> ranking;
   for (int camera : cameras_) ranking.emplace_back(frontal_angle_(frame, capture_.camera(camera)), camera);
   std::sort(ranking.begin(), ranking.end());
 
   FrameCodes found;  // kept when complete: a later call for a broken frame fails again
   for (const auto& [angle, camera] : ranking) {
-    if (static_cast<int>(found.cameras.size()) == frontal_views_) break;
+    if (static_cast<int>(found.cameras.size()) == config_.frontal_views) break;
     std::optional<std::vector<float>> code = capture_.face_code(frame, camera);
     if (!code) continue;
     const bool finite = std::all_of(code->begin(), code->end(), [](float value) { return std::isfinite(value); });

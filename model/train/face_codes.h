@@ -6,9 +6,13 @@
 #include <vector>
 
 #include "host/random.h"
+#include "model/config.h"
 #include "model/data/capture.h"
 
 namespace degas {
+
+/// Numbers in the face signal of a frame of `capture`; 0 where it has none.
+int face_code_size(const Capture& capture, FaceSignal signal);
 
 /// The face signal of each frame: the codes of its (up to) `frontal_views` most frontal cameras (method.md, "Driving
 /// signals"). Training takes a random convex mixture of them, evaluation their mean; a frame with none gets zeros.
@@ -19,8 +23,8 @@ class FaceCodes {
   using FrontalAngle = std::function<double(int frame, const Camera& camera)>;
 
   /// cameras: those whose codes may be used; the held-out ones must not be among them.
-  /// size: length of a code, and of the zeros where there is none; by default the capture's.
-  FaceCodes(const Capture& capture, std::vector<int> cameras, int frontal_views, FrontalAngle frontal_angle,
+  /// size: length of a code, and of the zeros where there is none; by default face_code_size.
+  FaceCodes(const Capture& capture, std::vector<int> cameras, const FaceConfig& config, FrontalAngle frontal_angle,
             std::optional<int> size = {});
 
   /// Length of a code.
@@ -40,7 +44,7 @@ class FaceCodes {
 
   const Capture& capture_;
   std::vector<int> cameras_;
-  int frontal_views_;
+  FaceConfig config_;
   FrontalAngle frontal_angle_;
   int size_;
   std::map<int, FrameCodes> kept_;

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "host/ops/pointwise.h"
 #include "model/train/avatar.h"
@@ -11,17 +13,27 @@ namespace degas {
 
 /// What training adds to the registered pose of one frame when train.refine_poses is on; zero at first.
 struct PoseCorrection {
-  Tensor axis_angles;  ///< (J, 3), radians, root included
+  Tensor axis_angles;  ///< (J, 3), radians, root included; without effect on the jaw
   Tensor translation;  ///< (3), metres
 
   PoseCorrection(Device& device, int joint_count)
-      : axis_angles(Tensor::zeros(device, {joint_count, 3})), translation(Tensor::zeros(device, {3})) {}
+      : axis_angles(Tensor::zeros(device, {joint_count, 3})), translation(Tensor::zeros(device, {3})) {
+    std::vector<float> free(static_cast<size_t>(joint_count) * 3, 1.0F);
+    if (joint_count > JawJoint) std::fill_n(free.begin() + 3 * JawJoint, 3, 0.0F);
+    free_ = Tensor::from(device, {joint_count, 3}, std::span<const float>(free));
+  }
 
   DevicePose apply(Tape& tape, const DevicePose& registered) const {
-    return {add(tape, registered.axis_angles, axis_angles), add(tape, registered.translation, translation)};
+    return {add(tape, registered.axis_angles, multiply(tape, axis_angles, free_)),
+            add(tape, registered.translation, translation)};
   }
   /// Name of a part ("axis_angles" or "translation") among the trained parameters.
   static std::string name(int frame, const char* part) { return fmt::format("pose.{:06}.{}", frame, part); }
+
+ private:
+  /// (J, 3): 0 at the jaw, else 1. The face signal alone moves it: a jaw that training could fit to each frame would be
+  /// learnt by heart rather than from the signal, and stay shut in a novel sequence.
+  Tensor free_;
 };
 
 }  // namespace degas

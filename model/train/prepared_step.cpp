@@ -53,7 +53,7 @@ DrivingSignal StepPreparer::signal(int64_t step, int frame) const {
   }
   // The network sees the jittered pose; the Gaussians are posed by the registered one.
   DrivingSignal signal = avatar_.signal(seen, std::move(code));
-  signal.pose = neutral_face(registered);
+  signal.pose = avatar_.driven_pose(registered);
   return signal;
 }
 

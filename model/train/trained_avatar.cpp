@@ -38,24 +38,27 @@ TrainedAvatar::TrainedAvatar(Device& device, const RunFolder& run) {
 
 FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
   const bool uses_codes = config_.net.use_face_code && !config_.net.static_maps;
-  if (uses_codes && capture.face_code_size() != 0 && capture.face_code_size() != face_code_size_) {
+  const int size = face_code_size(capture, config_.face.signal);
+  if (uses_codes && size != 0 && size != face_code_size_) {
     throw Error::format(
         "the capture's face codes have {} values, the avatar was trained with {}; extract them with the same encoder",
-        capture.face_code_size(), face_code_size_);
+        size, face_code_size_);
   }
   // A novel sequence may lack cameras of the training one, so names are compared rather than looked up.
   const auto named = [](const std::vector<std::string>& names, const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
   std::vector<int> cameras;
-  const bool has_codes = uses_codes && capture.face_code_size() != 0;  // otherwise all frames have zeros
+  const bool has_codes = uses_codes && size != 0;
+  FaceConfig face = config_.face;
+  if (!has_codes) face.signal = FaceSignal::Code;  // of no camera: zeros in all frames
   for (size_t i = 0; has_codes && i < capture.camera_names().size(); ++i) {
     const std::string& name = capture.camera_names()[i];
     const bool allowed = config_.data.cameras.empty() || named(config_.data.cameras, name);
     if (allowed && !named(config_.data.hold_out, name)) cameras.push_back(static_cast<int>(i));
   }
   return FaceCodes(
-      capture, std::move(cameras), config_.data.frontal_views,
+      capture, std::move(cameras), face,
       [this, &capture](int frame, const Camera& camera) { return avatar_->frontal_angle(capture.pose(frame), camera); },
       face_code_size_);
 }

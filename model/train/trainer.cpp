@@ -79,10 +79,11 @@ Trainer::Trainer(Device& device, const Config& config, const Capture& capture, c
       config_(config),
       capture_(capture),
       run_(run),
-      avatar_(device, config, BodyModel::load(run.body_file()), capture.betas(), capture.face_code_size()),
+      avatar_(device, config, BodyModel::load(run.body_file()), capture.betas(),
+              face_code_size(capture, config.face.signal)),
       views_(capture, config.data),
       schedule_(views_.training, config.train.views_per_step, config.train.seed),
-      codes_(capture, allowed_cameras(capture, config.data), config.data.frontal_views,
+      codes_(capture, allowed_cameras(capture, config.data), config.face,
              [this](int frame, const Camera& camera) { return avatar_.frontal_angle(capture_.pose(frame), camera); }),
       validation_codes_(codes_),
       preparer_(config_, capture, avatar_, views_, codes_),
@@ -245,7 +246,7 @@ void Trainer::save() const {
                        {"config", nlohmann::json::parse(config_text(config_))},
                        {"capture", capture_.identity()},
                        {"betas", avatar_.betas()},
-                       {"face_code_size", capture_.face_code_size()},
+                       {"face_code_size", codes_.size()},
                        {"refined_frames", refined_frames}};
   // Only where the clock was the budget: otherwise the bytes shall depend on the steps alone.
   if (minutes_spent_ > 0) checkpoint.header["minutes_spent"] = minutes_spent_;

@@ -31,13 +31,16 @@ TEST_CASE("the face code alone moves the face, and the global motion only turns 
   const BodyModel body = BodyModel::load(folder.path() / "body.npz");
   const UvAtlas atlas(body, 32);
   const Pose pose = random_pose(body);
-  const DrivingSignal signal = make_driving_signal(body, atlas, pose, {}, {1, 2, 3});
+  const auto signal_of = [&](const Pose& registered) {
+    return make_driving_signal(body, atlas, driven_pose(registered, FaceSignal::Code), {}, {1, 2, 3});
+  };
+  const DrivingSignal signal = signal_of(pose);
   CHECK(signal.face_code == std::vector<float>{1, 2, 3});
 
   Pose other_face = pose;
   other_face.axis_angles[JawJoint] += Vector3d(0.3, 0, 0);
   other_face.expression[0] += 1;
-  const DrivingSignal same = make_driving_signal(body, atlas, other_face, {}, {1, 2, 3});
+  const DrivingSignal same = signal_of(other_face);
   CHECK(same.posed_vertex_map == signal.posed_vertex_map);
   CHECK(same.joint_angles == signal.joint_angles);
   CHECK(same.world_normals == signal.world_normals);
@@ -47,7 +50,7 @@ TEST_CASE("the face code alone moves the face, and the global motion only turns 
   const Eigen::AngleAxisd global(turn * rotation_from_axis_angle(pose.axis_angles[0]));
   turned.axis_angles[0] = global.angle() * global.axis();
   turned.translation += Vector3d(1, 2, 3);
-  const DrivingSignal moved = make_driving_signal(body, atlas, turned, {}, {1, 2, 3});
+  const DrivingSignal moved = signal_of(turned);
   CHECK(moved.posed_vertex_map == signal.posed_vertex_map);
   CHECK(moved.joint_angles == signal.joint_angles);
   for (const int texel : atlas.covered()) {
@@ -57,12 +60,29 @@ TEST_CASE("the face code alone moves the face, and the global motion only turns 
   }
 }
 
+TEST_CASE("an expression signal holds the coefficients and the jaw, which moves the body's jaw joint too") {
+  const TemporaryFolder folder;
+  write_tiny_body(folder.path() / "body.npz");
+  const BodyModel body = BodyModel::load(folder.path() / "body.npz");
+  const Pose pose = random_pose(body);
+  const Pose driven = driven_pose(pose, FaceSignal::Expression);
+  CHECK(driven.axis_angles == pose.axis_angles);
+  CHECK(driven.expression == std::vector<double>(pose.expression.size(), 0));
+  CHECK(driven_pose(pose, FaceSignal::Code).axis_angles[JawJoint] == Vector3d::Zero());
+  const std::vector<float> code = expression_code(pose);
+  REQUIRE(code.size() == pose.expression.size() + 3);
+  for (size_t i = 0; i < pose.expression.size(); ++i) CHECK(code[i] == static_cast<float>(pose.expression[i]));
+  for (int c = 0; c < 3; ++c) {
+    CHECK(code[pose.expression.size() + c] == static_cast<float>(pose.axis_angles[JawJoint][c]));
+  }
+}
+
 TEST_CASE("world normals are those of the surface that linear blend skinning puts into the world") {
   const TemporaryFolder folder;
   write_tiny_body(folder.path() / "body.npz");
   const BodyModel body = BodyModel::load(folder.path() / "body.npz");
   const UvAtlas atlas(body, 32);
-  const Pose pose = neutral_face(random_pose(body));
+  const Pose pose = driven_pose(random_pose(body), FaceSignal::Code);
   const std::vector<Vector3d> vertices = body.posed_vertices(pose, {}, true);
   const DrivingSignal signal = make_driving_signal(body, atlas, pose, {}, {});
   // Plain loop: the sum of the triangles' area vectors around each corner.

@@ -19,7 +19,7 @@ struct Scene {
         avatar(device(KernelSet::Wide), config, BodyModel::load(training_scene() / "body.npz"), capture->betas(),
                capture->face_code_size()),
         views(*capture, config.data),
-        codes(*capture, allowed_cameras(*capture, config.data), config.data.frontal_views,
+        codes(*capture, allowed_cameras(*capture, config.data), config.face,
               [](int, const Camera& camera) { return camera.fx; }),
         preparer(this->config, *capture, avatar, views, codes) {}
 

@@ -58,7 +58,7 @@ TEST_CASE("held-out cameras give no face code, though they see the face") {
   TrainedAvatar avatar(wide(), trained());
   const auto capture = open_scene();
   FaceCodes codes = avatar.face_codes(*capture);
-  FaceCodes all(*capture, {0, 1, 2, 3, 4}, 4, [&](int frame, const Camera& camera) {
+  FaceCodes all(*capture, {0, 1, 2, 3, 4}, {FaceSignal::Code, 4}, [&](int frame, const Camera& camera) {
     return avatar.avatar().frontal_angle(capture->pose(frame), camera);
   });
   for (int frame = 0; frame < capture->frame_count(); ++frame) {
@@ -154,4 +154,29 @@ TEST_CASE("what does not fit is refused with file and reason") {
     fs::resize_file(run.checkpoint_file(), fs::file_size(run.checkpoint_file()) / 2);
     CHECK_THROWS_WITH(TrainedAvatar(wide(), run), Contains("checkpoint.bin: the checkpoint is cut short"));
   }
+}
+
+TEST_CASE("refinement leaves the jaw to the face signal") {
+  const Checkpoint checkpoint = read_checkpoint(trained().checkpoint_file());
+  const std::vector<float>& angles = checkpoint.array(PoseCorrection::name(0, "axis_angles"), 55 * 3, "checkpoint");
+  for (const int joint : {0, static_cast<int>(HeadJoint), static_cast<int>(LeftEyeJoint)}) {
+    CHECK(std::abs(angles[3 * joint]) + std::abs(angles[3 * joint + 1]) + std::abs(angles[3 * joint + 2]) > 0);
+  }
+  for (int c = 0; c < 3; ++c) CHECK(angles[3 * JawJoint + c] == 0);
+}
+
+TEST_CASE("registered expressions and jaws drive a face that was trained with them") {
+  const TemporaryFolder folder;
+  Config config = tiny_config();
+  config.train.iterations = 2;
+  config.face.signal = FaceSignal::Expression;
+  const auto capture = open_scene(), novel = open_scene("P1C2");
+  const RunFolder run = train_run(folder / "run", config, *capture);
+  TrainedAvatar avatar(wide(), run);
+  FaceCodes codes = avatar.face_codes(*novel);
+  const std::vector<float> code = codes.mean(1);
+  CHECK(code.size() == novel->pose(1).expression.size() + 3);
+  CHECK(code != codes.mean(0));
+  CHECK(avatar.avatar().signal(*novel, 1, code).pose.axis_angles[JawJoint] == novel->pose(1).axis_angles[JawJoint]);
+  CHECK(positions(avatar, *novel, 0) != positions(avatar, *novel, 1));
 }
