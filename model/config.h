@@ -69,8 +69,8 @@ struct LossConfig {
   double offset_weight = 0.001;                     ///< on the mean length of the position head
   double scale_weight = 1;                          ///< on log-scales that exceed scale_limit times their base
   double scale_limit = 10;
-  double collapse_weight =
-      0.01;                      ///< on the mean shortfalls of opacity logits and log-scales below their floors; 0: off
+  /// On the mean shortfalls of opacity logits and log-scales below their floors; 0: off. Not in the paper.
+  double collapse_weight = 0.01;
   double opacity_floor = 0.008;  ///< opacity under which a Gaussian is pulled up; under 1/255 none is drawn
   double scale_floor = 0.01;     ///< the same of scales, as a part of their base
 };

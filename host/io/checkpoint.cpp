@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "host/error.h"
+#include "host/io/file_bytes.h"
 
 namespace degas {
 namespace {
@@ -43,12 +44,15 @@ class Checksum {
 /// A file written under a temporary name; commit() makes it durable and gives it its own.
 class AtomicFile {
  public:
-  explicit AtomicFile(std::filesystem::path path) : path_(std::move(path)), temporary_(path_.string() + ".tmp") {
+  explicit AtomicFile(std::filesystem::path path) : path_(std::move(path)), temporary_(temporary_name(path_)) {
     descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     if (descriptor_ < 0) fail("cannot be written");
   }
   ~AtomicFile() {
-    if (descriptor_ >= 0) close(descriptor_);
+    if (descriptor_ < 0) return;
+    close(descriptor_);
+    std::error_code ignored;
+    std::filesystem::remove(temporary_, ignored);
   }
   void write(const void* data, size_t bytes) {
     checksum_.add(data, bytes);
@@ -58,9 +62,9 @@ class AtomicFile {
     const uint64_t sum = checksum_.value();
     put(&sum, sizeof(sum));
     if (fsync(descriptor_) != 0) fail("cannot be flushed to the disk");
+    if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail("cannot be given its name");
     close(descriptor_);
     descriptor_ = -1;
-    std::filesystem::rename(temporary_, path_);
   }
 
  private:

@@ -1,13 +1,15 @@
 #include "host/io/file_bytes.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <regex>
+#include <system_error>
 
 #include "host/error.h"
 
@@ -34,12 +36,20 @@ fs::path temporary_name(const fs::path& path) {
   return path.parent_path() / name;
 }
 
-void remove_temporaries(const fs::path& folder) {
-  static const std::regex name("\\..+\\.[0-9]+-[0-9]+\\.tmp.*");
+void remove_leftovers_of(const fs::path& path) {
+  const std::string begin = '.' + path.stem().string() + '.', end = ".tmp" + path.extension().string();
   std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    if (std::regex_match(entry.path().filename().string(), name)) fs::remove(entry.path(), ignored);
+  std::vector<fs::path> leftovers;
+  for (fs::directory_iterator entry(path.parent_path(), ignored), last; entry != last; entry.increment(ignored)) {
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with(begin) || !name.ends_with(end) || name.size() <= begin.size() + end.size()) continue;
+    int process = 0, call = 0, length = 0;
+    const std::string middle = name.substr(begin.size(), name.size() - begin.size() - end.size());
+    const bool ours = std::sscanf(middle.c_str(), "%d-%d%n", &process, &call, &length) == 2 &&
+                      length == static_cast<int>(middle.size()) && process > 0;
+    if (ours && kill(process, 0) != 0 && errno == ESRCH) leftovers.push_back(entry->path());
   }
+  for (const fs::path& leftover : leftovers) fs::remove(leftover, ignored);
 }
 
 void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {

@@ -17,7 +17,7 @@ void write_file_atomically(const std::filesystem::path& path, std::span<const st
 /// The name `path` is written under before its rename: unique per process and call, same folder, same extension.
 std::filesystem::path temporary_name(const std::filesystem::path& path);
 
-/// Removes what lies in a folder under such names: left by processes that were killed while writing.
-void remove_temporaries(const std::filesystem::path& folder);
+/// Removes what processes that were killed while writing `path` left under such names; not what a living one writes.
+void remove_leftovers_of(const std::filesystem::path& path);
 
 }  // namespace degas

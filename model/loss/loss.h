@@ -33,8 +33,8 @@ struct LossMaps {
 /// The loss of one step and what it is made of: each of shape (1), unweighted means over the views.
 struct LossTerms {
   Tensor total;
-  std::map<std::string, Tensor>
-      terms;  ///< l1_ssim, lpips (in steps that have it), offset, scale, collapse and kl (where weighted)
+  /// l1_ssim, lpips (in steps that have it), offset, scale, collapse and kl (where weighted).
+  std::map<std::string, Tensor> terms;
 
   /// The terms and "loss", the total, as numbers. Waits for the device: for logging.
   std::map<std::string, double> values() const;

@@ -13,8 +13,9 @@ namespace degas {
 namespace {
 
 NetConfig without_inputs_if_static(NetConfig config) {
-  if (config.static_maps) config.use_pose_embedding = config.use_pvm = config.use_pve = config.use_face_code =
-        config.use_world_normals = false;
+  if (config.static_maps)
+    config.use_pose_embedding = config.use_pvm = config.use_pve = config.use_face_code = config.use_world_normals =
+        false;
   return config;
 }
 
@@ -46,7 +47,8 @@ AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size
   if (config_.use_pve) channels += posed_vertex_.emplace(context).channels();
   if (config_.use_face_code) {
     if (face_code_size < 1)
-      throw Error("net.use_face_code: the capture has no face codes; set net.use_face_code=false");
+      throw Error(
+          "net.use_face_code: the capture has no face codes; set face.signal=expression, or net.use_face_code=false");
     const std::vector<int> levels =
         decoder_levels(config_.face_channels, levels_above_bottleneck(config_.resolution / 16), config_.width);
     face_.emplace(context, "face", face_code_size, scaled(config_.face_start_channels), levels);

@@ -24,7 +24,7 @@ class AvatarNet {
     Tensor posed_vertex_map;  ///< (1, R, R, 3) metres, 0 where no texel is covered; for use_pvm and use_pve
     Tensor pose;              ///< (3 J) axis-angles of the joints after the root; for use_pose_embedding
     Tensor face_code;         ///< (face_code_size); for use_face_code
-    Tensor world_normals;     ///< (1, R, R, 3) unit vectors, 0 where no texel is covered; for use_world_normals
+    Tensor world_normals;     ///< (1, R, R, 3) unit at vertices, 0 where no texel is covered; for use_world_normals
   };
   struct Encoding {
     Tensor joint_feature;  ///< (1, R/8, R/8, joint_channels)

@@ -18,13 +18,13 @@ struct PoseCorrection {
 
   PoseCorrection(Device& device, int joint_count)
       : axis_angles(Tensor::zeros(device, {joint_count, 3})), translation(Tensor::zeros(device, {3})) {
-    std::vector<float> free(static_cast<size_t>(joint_count) * 3, 1.0F);
-    if (joint_count > JawJoint) std::fill_n(free.begin() + 3 * JawJoint, 3, 0.0F);
-    free_ = Tensor::from(device, {joint_count, 3}, std::span<const float>(free));
+    std::vector<float> refined(static_cast<size_t>(joint_count) * 3, 1.0F);
+    if (joint_count > JawJoint) std::fill_n(refined.begin() + 3 * JawJoint, 3, 0.0F);
+    refined_ = Tensor::from(device, {joint_count, 3}, std::span<const float>(refined));
   }
 
   DevicePose apply(Tape& tape, const DevicePose& registered) const {
-    return {add(tape, registered.axis_angles, multiply(tape, axis_angles, free_)),
+    return {add(tape, registered.axis_angles, multiply(tape, axis_angles, refined_)),
             add(tape, registered.translation, translation)};
   }
   /// Name of a part ("axis_angles" or "translation") among the trained parameters.
@@ -33,7 +33,7 @@ struct PoseCorrection {
  private:
   /// (J, 3): 0 at the jaw, else 1. The face signal alone moves it: a jaw that training could fit to each frame would be
   /// learnt by heart rather than from the signal, and stay shut in a novel sequence.
-  Tensor free_;
+  Tensor refined_;
 };
 
 }  // namespace degas

@@ -49,7 +49,7 @@ void RunFolder::require_trained() const {
 }
 
 void RunFolder::remove_leftovers() const {
-  remove_temporaries(path_);
+  for (const fs::path& file : {checkpoint_file(), config_file(), history_file()}) remove_leftovers_of(file);
 }
 
 void RunFolder::truncate_history(int64_t step) const {

@@ -41,8 +41,9 @@ FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
   const int size = face_code_size(capture, config_.face.signal);
   if (uses_codes && size != 0 && size != face_code_size_) {
     throw Error::format(
-        "the capture's face codes have {} values, the avatar was trained with {}; extract them with the same encoder",
-        size, face_code_size_);
+        "the capture's face codes have {} values, the avatar was trained with {}; {}", size, face_code_size_,
+        config_.face.signal == FaceSignal::Code ? "extract them with the same encoder"
+                                                : "as many coefficients in 'expression' of its parameters are needed");
   }
   // A novel sequence may lack cameras of the training one, so names are compared rather than looked up.
   const auto named = [](const std::vector<std::string>& names, const std::string& name) {

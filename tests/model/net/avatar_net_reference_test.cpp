@@ -78,7 +78,9 @@ TEST_CASE("the network equals PyTorch's, layer by layer and gradient by gradient
   CHECK(static_cast<double>(net.parameters().count()) == file.read("parameter_count").doubles()[0]);
   disturb(net);
   const AvatarNet::Inputs inputs{drawn(device, "posed_vertex_map", {1, resolution, resolution, 3}),
-                                 drawn(device, "pose", {3 * joints}), drawn(device, "face_code", {code_size})};
+                                 drawn(device, "pose", {3 * joints}),
+                                 drawn(device, "face_code", {code_size}),
+                                 {}};
 
   Tape tape(device);
   std::vector<Tensor> levels;

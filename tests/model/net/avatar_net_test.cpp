@@ -201,7 +201,7 @@ TEST_CASE("pose channel c sees the mask of joint c div 3") {
   AvatarNet net(device, config, 0, Tensor::from(device, {side, side, joints}, std::span<const float>(masks)), 1);
   const std::vector<float> rest(3 * joints, 0.0F);
   const auto feature_of = [&](const std::vector<float>& pose) {
-    return feature(net, {{}, Tensor::from(device, {3 * joints}, std::span<const float>(pose)), {}});
+    return feature(net, {{}, Tensor::from(device, {3 * joints}, std::span<const float>(pose)), {}, {}});
   };
   const std::vector<double> still = feature_of(rest);
   std::set<int> seen;

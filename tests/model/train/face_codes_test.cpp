@@ -84,13 +84,16 @@ TEST_CASE("a code that is not finite or has another length is an Error with fram
 }
 
 TEST_CASE("an expression signal needs no camera's code") {
-  const FakeCapture capture = ring();  // poses without expression coefficients: the jaw alone
+  FakeCapture capture = ring();
+  capture.jaw = {0.1, -0.2, 0.3};
+  capture.expression = {4, 5};
   const FaceConfig config{FaceSignal::Expression, 4};
   CHECK(face_code_size(capture, FaceSignal::Code) == 2);
-  CHECK(face_code_size(capture, FaceSignal::Expression) == 3);
+  CHECK(face_code_size(capture, FaceSignal::Expression) == 5);
   FaceCodes codes(capture, {}, config, angle);
   Random random = Random::of_step(1, 2, 3);
-  CHECK(codes.size() == 3);
-  CHECK(codes.mean(1) == std::vector<float>{0, 0, 0});
-  CHECK(codes.mixture(1, random) == std::vector<float>{0, 0, 0});
+  CHECK(codes.size() == 5);
+  const std::vector<float> expected = {4, 5, 0.1F, -0.2F, 0.3F};
+  CHECK(codes.mean(1) == expected);
+  CHECK(codes.mixture(1, random) == expected);
 }

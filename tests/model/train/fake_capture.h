@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "model/body/body_model.h"
 #include "model/data/capture.h"
 
 namespace degas::test {
@@ -20,6 +21,8 @@ class FakeCapture : public Capture {
     return camera;
   };
   int code_size = 2;
+  Eigen::Vector3d jaw = Eigen::Vector3d::Zero();
+  std::vector<double> expression;
   int box_width = 20, box_height = 50;  ///< of the mask in frame 0; a pixel more each way in each frame
 
   std::string identity() const override { return "fake"; }
@@ -36,7 +39,9 @@ class FakeCapture : public Capture {
     return sample;
   }
   Pose pose(int) const override {
-    return {std::vector<Eigen::Vector3d>(55, Eigen::Vector3d::Zero()), Eigen::Vector3d::Zero(), {}};
+    Pose pose{std::vector<Eigen::Vector3d>(55, Eigen::Vector3d::Zero()), Eigen::Vector3d::Zero(), expression};
+    pose.axis_angles[JawJoint] = jaw;
+    return pose;
   }
   std::vector<double> betas() const override { return {}; }
   bool flat_hand_mean() const override { return true; }

@@ -1,5 +1,6 @@
 #include "model/train/run_folder.h"
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -66,4 +67,26 @@ TEST_CASE("a run goes on with the body that it was created with, and with no oth
   std::ofstream(folder / "body_source.npz") << "bodY";
   CHECK_THROWS_WITH(run.require_same_body(folder / "body_source.npz"), Catch::Contains("another body"));
   CHECK_THROWS_WITH(run.require_same_body(folder / "absent.npz"), Catch::Contains("absent.npz"));
+}
+
+TEST_CASE("what killed processes left of the run's own files goes; all else stays") {
+  const fs::path folder = fresh_folder();
+  const RunFolder run(folder);
+  const pid_t dead = fork();
+  if (dead == 0) _exit(0);
+  waitpid(dead, nullptr, 0);
+  const std::string gone = std::to_string(dead), alive = std::to_string(getpid());
+  const std::vector<std::string> leftovers = {".checkpoint." + gone + "-0.tmp.bin", ".config." + gone + "-12.tmp.json",
+                                              ".history." + gone + "-3.tmp.jsonl"};
+  const std::vector<std::string> others = {".checkpoint." + alive + "-0.tmp.bin",
+                                           ".film." + gone + "-0.tmp.mp4",
+                                           ".checkpoint.mine.tmp.bin",
+                                           "checkpoint.bin",
+                                           ".checkpoint..tmp.bin",
+                                           ".checkpoint." + gone + "-0x.tmp.bin"};
+  for (const std::string& name : leftovers) std::ofstream(folder / name) << "part";
+  for (const std::string& name : others) std::ofstream(folder / name) << "kept";
+  run.remove_leftovers();
+  for (const std::string& name : leftovers) CHECK_FALSE(fs::exists(folder / name));
+  for (const std::string& name : others) CHECK(text_of(folder / name) == "kept");
 }
