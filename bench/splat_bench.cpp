@@ -119,7 +119,7 @@ void measure_scene(Device& device, const Arguments& arguments, Report& report, c
     if (name.find(arguments.filter) == std::string::npos) return;
     const Timing timing = measure(work, [&] { device.finish(); }, {.clock = arguments.clock});
     Row row{name, timing, 0, {}, ""};
-    if (peer > 0) {
+    if (peer > 0 && arguments.clock == Clock::Wall) {  // the peer's is elapsed time
       row.peer_time = Timing{peer, peer, 0};
       row.peer = "OpenSplat's CPU path, best of another run on such a machine";
     }

@@ -62,7 +62,7 @@ inline void finish_pixel(const REALV sum[VECTORS], global const REAL* bias, cons
   }
 }
 
-// zeros: kernel * source channels / group of them, read in place of pixels outside the source.
+// zeros: source channels / group of them, read in place of pixels outside the source.
 kernel void gather(global const REAL* source, global const REAL* weight, global const REAL* bias,
                    global const REAL* zeros, global REAL* target, const REAL negative_slope, const Gather s) {
   const int source_depth = s.source_channels / s.groups, target_depth = s.target_channels / s.groups;

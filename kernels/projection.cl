@@ -122,8 +122,8 @@ kernel void project_forward(global const REAL* positions, global const REAL* rot
       (f.z >= view.near_plane && f.z <= LARGEST && f.inverse_norm <= 1 / sqrt(QUATERNION_MIN) && f.inverse_norm > 0 &&
        given_opacity <= 1 && opacity >= ALPHA_MIN && fabs(color[0]) <= LARGEST && fabs(color[1]) <= LARGEST &&
        fabs(color[2]) <= LARGEST && fabs(f.log_scale[0]) <= LOG_SCALE_MAX && fabs(f.log_scale[1]) <= LOG_SCALE_MAX &&
-       fabs(f.log_scale[2]) <= LOG_SCALE_MAX && width <= LARGEST && height <= LARGEST && f.determinant >= (REAL)1e-37 && u + width > 0 &&
-       u - width < view.width && v + height > 0 && v - height < view.height)
+       fabs(f.log_scale[2]) <= LOG_SCALE_MAX && width <= LARGEST && height <= LARGEST && f.determinant >= (REAL)1e-37 &&
+       u + width > 0 && u - width < view.width && v + height > 0 && v - height < view.height)
           ? (REALV)1
           : (REALV)-1;
 

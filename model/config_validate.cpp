@@ -70,7 +70,8 @@ void validate_loss(const LossConfig& loss, const Checker& check) {
   check.not_negative("loss.collapse_weight", loss.collapse_weight);
   check.require(loss.opacity_floor > 0 && loss.opacity_floor < 1, "loss.opacity_floor", loss.opacity_floor,
                 "above 0 and below 1");
-  check.positive("loss.scale_floor", loss.scale_floor);
+  check.require(loss.scale_floor > 0 && loss.scale_floor < loss.scale_limit, "loss.scale_floor", loss.scale_floor,
+                "above 0 and below loss.scale_limit");
 }
 
 void validate_train(const TrainConfig& train, const Checker& check) {

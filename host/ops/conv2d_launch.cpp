@@ -78,7 +78,7 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
   const int64_t tiles = ceiling(phase_pixels, block.pixels);
   // Enough work in an item to outweigh its start, enough items to keep every core busy.
   arguments.tiles_per_item = device.is_wide() ? static_cast<int>(std::clamp<int64_t>(tiles / 64, 1, 32)) : 1;
-  const Tensor zeros = Tensor::zeros(device, {int64_t{arguments.kernel_size} * depth});
+  const Tensor zeros = Tensor::zeros(device, {int64_t{depth}});
   const Range local = device.is_wide() ? Range{1, 1, 1} : Range{32, 4, 1};
   device.kernel("conv2d", "gather", defines)
       .launch({static_cast<size_t>(panels * arguments.groups),

@@ -15,7 +15,8 @@ std::vector<float> expression_code(const Pose& registered) {
 }
 
 DrivingSignal make_driving_signal(const BodyModel& body, const UvAtlas& atlas, Pose driven,
-                                  const std::vector<double>& betas, std::vector<float> face_code) {
+                                  const std::vector<double>& betas, std::vector<float> face_code,
+                                  bool with_world_normals) {
   DrivingSignal signal;
   signal.pose = std::move(driven);
   for (size_t joint = 1; joint < signal.pose.axis_angles.size(); ++joint) {
@@ -23,11 +24,12 @@ DrivingSignal make_driving_signal(const BodyModel& body, const UvAtlas& atlas, P
   }
   const std::vector<Eigen::Vector3d> vertices = body.posed_vertices(signal.pose, betas, false);
   signal.posed_vertex_map = atlas.map(vertices);
+  signal.face_code = std::move(face_code);
+  if (!with_world_normals) return signal;
   const Eigen::Matrix3d global_rotation = rotation_from_axis_angle(signal.pose.axis_angles[0]);
   std::vector<Eigen::Vector3d> normals = vertex_normals(body.faces(), vertices);
   for (Eigen::Vector3d& normal : normals) normal = global_rotation * normal;
   signal.world_normals = atlas.map(normals);
-  signal.face_code = std::move(face_code);
   return signal;
 }
 

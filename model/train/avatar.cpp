@@ -37,7 +37,8 @@ Pose Avatar::registered_pose(const Capture& capture, int frame) const {
 }
 
 DrivingSignal Avatar::signal(const Pose& registered, std::vector<float> face_code) const {
-  return make_driving_signal(body_, atlas_, driven_pose(registered), betas_, std::move(face_code));
+  return make_driving_signal(body_, atlas_, driven_pose(registered), betas_, std::move(face_code),
+                             network_.config().use_world_normals);
 }
 
 DrivingSignal Avatar::signal(const Capture& capture, int frame, std::vector<float> face_code) const {
@@ -46,9 +47,12 @@ DrivingSignal Avatar::signal(const Capture& capture, int frame, std::vector<floa
 
 Avatar::Signal Avatar::upload(const DrivingSignal& signal) const {
   const int64_t side = atlas_.resolution();
-  return {{Tensor::from(device_, {1, side, side, 3}, std::span<const float>(signal.posed_vertex_map)),
-           upload_vector(device_, signal.joint_angles), upload_vector(device_, signal.face_code),
-           Tensor::from(device_, {1, side, side, 3}, std::span<const float>(signal.world_normals))},
+  const auto upload_map = [&](const std::vector<float>& map) {
+    return Tensor::from(device_, {1, side, side, 3}, std::span<const float>(map));
+  };
+  return {{upload_map(signal.posed_vertex_map), upload_vector(device_, signal.joint_angles),
+           upload_vector(device_, signal.face_code),
+           signal.world_normals.empty() ? Tensor() : upload_map(signal.world_normals)},
           make_device_pose(device_, signal.pose)};
 }
 

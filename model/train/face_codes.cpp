@@ -23,7 +23,13 @@ int face_code_size(const Capture& capture, FaceSignal signal) {
 
 const FaceCodes::FrameCodes& FaceCodes::codes_of(int frame) {
   if (const auto found = kept_.find(frame); found != kept_.end()) return found->second;
-  if (config_.signal == FaceSignal::Expression) return kept_[frame] = {{}, {expression_code(capture_.pose(frame))}};
+  if (config_.signal == FaceSignal::Expression) {
+    std::vector<float> code = expression_code(capture_.pose(frame));
+    if (static_cast<int>(code.size()) != size_) {
+      throw Error::format("expression and jaw of frame {}: {} values where others have {}", frame, code.size(), size_);
+    }
+    return kept_[frame] = {{}, {std::move(code)}};
+  }
   std::vector<std::pair<double, int>> ranking;
   for (int camera : cameras_) ranking.emplace_back(frontal_angle_(frame, capture_.camera(camera)), camera);
   std::sort(ranking.begin(), ranking.end());

@@ -11,17 +11,25 @@
 
 namespace degas {
 
+/// Which angles training refines, (J, 3): all but the jaw's are 1. The face signal alone moves the jaw: one that
+/// training could fit to each frame would be learnt by heart rather than from the signal, and stay shut in a novel
+/// sequence.
+inline Tensor refined_angles(Device& device, int joint_count) {
+  std::vector<float> refined(static_cast<size_t>(joint_count) * 3, 1.0F);
+  if (joint_count > JawJoint) std::fill_n(refined.begin() + 3 * JawJoint, 3, 0.0F);
+  return Tensor::from(device, {joint_count, 3}, std::span<const float>(refined));
+}
+
 /// What training adds to the registered pose of one frame when train.refine_poses is on; zero at first.
 struct PoseCorrection {
   Tensor axis_angles;  ///< (J, 3), radians, root included; without effect on the jaw
   Tensor translation;  ///< (3), metres
 
-  PoseCorrection(Device& device, int joint_count)
-      : axis_angles(Tensor::zeros(device, {joint_count, 3})), translation(Tensor::zeros(device, {3})) {
-    std::vector<float> refined(static_cast<size_t>(joint_count) * 3, 1.0F);
-    if (joint_count > JawJoint) std::fill_n(refined.begin() + 3 * JawJoint, 3, 0.0F);
-    refined_ = Tensor::from(device, {joint_count, 3}, std::span<const float>(refined));
-  }
+  /// refined: refined_angles, which all frames share.
+  PoseCorrection(Device& device, Tensor refined)
+      : axis_angles(Tensor::zeros(device, refined.shape())),
+        translation(Tensor::zeros(device, {3})),
+        refined_(std::move(refined)) {}
 
   DevicePose apply(Tape& tape, const DevicePose& registered) const {
     return {add(tape, registered.axis_angles, multiply(tape, axis_angles, refined_)),
@@ -31,8 +39,6 @@ struct PoseCorrection {
   static std::string name(int frame, const char* part) { return fmt::format("pose.{:06}.{}", frame, part); }
 
  private:
-  /// (J, 3): 0 at the jaw, else 1. The face signal alone moves it: a jaw that training could fit to each frame would be
-  /// learnt by heart rather than from the signal, and stay shut in a novel sequence.
   Tensor refined_;
 };
 

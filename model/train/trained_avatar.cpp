@@ -28,8 +28,9 @@ TrainedAvatar::TrainedAvatar(Device& device, const RunFolder& run) {
   for (const ParameterStore::Parameter& parameter : avatar_->network().parameters().parameters()) {
     restore_tensor(parameter.value, parameter.name, checkpoint, file);
   }
+  const Tensor refined = refined_angles(device, avatar_->body().joint_count());
   for (int frame : refined_frames) {
-    PoseCorrection correction(device, avatar_->body().joint_count());
+    PoseCorrection correction(device, refined);
     restore_tensor(correction.axis_angles, PoseCorrection::name(frame, "axis_angles"), checkpoint, file);
     restore_tensor(correction.translation, PoseCorrection::name(frame, "translation"), checkpoint, file);
     corrections_.emplace(frame, correction);

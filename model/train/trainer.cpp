@@ -94,8 +94,9 @@ Trainer::Trainer(Device& device, const Config& config, const Capture& capture, c
     optimiser_.add(parameter.name, parameter.value, network_group);
   }
   if (!config_.train.refine_poses) return;
+  const Tensor refined = refined_angles(device, avatar_.body().joint_count());
   for (const LoadRequest& views : views_.training) {
-    PoseCorrection correction(device, avatar_.body().joint_count());
+    PoseCorrection correction(device, refined);
     correction.axis_angles.set_requires_gradient();
     correction.translation.set_requires_gradient();
     optimiser_.add(PoseCorrection::name(views.frame, "axis_angles"), correction.axis_angles, pose_group);

@@ -32,7 +32,7 @@ TEST_CASE("the face code alone moves the face, and the global motion only turns 
   const UvAtlas atlas(body, 32);
   const Pose pose = random_pose(body);
   const auto signal_of = [&](const Pose& registered) {
-    return make_driving_signal(body, atlas, driven_pose(registered, FaceSignal::Code), {}, {1, 2, 3});
+    return make_driving_signal(body, atlas, driven_pose(registered, FaceSignal::Code), {}, {1, 2, 3}, true);
   };
   const DrivingSignal signal = signal_of(pose);
   CHECK(signal.face_code == std::vector<float>{1, 2, 3});
@@ -84,7 +84,8 @@ TEST_CASE("world normals are those of the surface that linear blend skinning put
   const UvAtlas atlas(body, 32);
   const Pose pose = driven_pose(random_pose(body), FaceSignal::Code);
   const std::vector<Vector3d> vertices = body.posed_vertices(pose, {}, true);
-  const DrivingSignal signal = make_driving_signal(body, atlas, pose, {}, {});
+  const DrivingSignal signal = make_driving_signal(body, atlas, pose, {}, {}, true);
+  CHECK(make_driving_signal(body, atlas, pose, {}, {}, false).world_normals.empty());
   // Plain loop: the sum of the triangles' area vectors around each corner.
   for (const int index : atlas.covered()) {
     const Texel& texel = atlas.texels()[index];
