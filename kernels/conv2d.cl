@@ -2,12 +2,16 @@
 // gradient with respect to the input. Every target value is one item's sum in a fixed order: deterministic, no atomics.
 //
 //   target(n, y, x, g, c) = sum over ky, kx, k of weight(g, ky, kx, k, c) *
-//                           source(n, (y * source_step + lead + ky) / target_step, same for x, g, k)
+//                           source(n, (y * source_step.y + lead.y + ky) / target_step.y, same for x, g, k)
 //
 // over the taps for which the division leaves no remainder and the source pixel exists. One of the steps is 1:
 // forward has source_step = stride and lead = -padding; the input's gradient has target_step = stride and
 // lead = padding - (kernel - 1). Target pixels of equal (y mod target_step, x mod target_step), a "phase", use the same
 // taps, so an item works within one phase.
+//
+// Narrow layers would leave most of a vector idle. There, `fold` neighbouring pixels of a target line are taken as one
+// pixel of fold times the channels (which is how they lie in memory), whose kernel is as wide as all that they read,
+// with zeros where a pixel does not use a tap: the same equation with other numbers, and the phases along x are gone.
 //
 // weight: panels (groups, panels, kernel, kernel, source channels / group, panel) with zeros behind the last channel,
 // as pack_weights makes them, or the plain tensor where panels divide it; the strides say which. Where a panel is one
@@ -23,10 +27,14 @@
 #define TILES_AHEAD 2  // distance of prefetches
 
 typedef struct {
+  int y, x;
+} Pair;
+
+typedef struct {
   int source_height, source_width, source_channels;  // channels of all groups
-  int target_height, target_width, target_channels;
-  int batch, groups, kernel_size;
-  int source_step, target_step, lead;
+  int target_height, target_width, target_channels;  // folded, as is what follows
+  int batch, groups;
+  Pair kernel_size, source_step, target_step, lead;
   int group_stride, panel_stride, tap_stride, row_stride;  // of weight, in elements
   int tiles_per_item;                                      // an item walks over this many tiles of PIXELS pixels
   int bias_kind;                                           // 0 none, 1 per channel, 2 per target position and channel
@@ -68,37 +76,37 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
   const int source_depth = s.source_channels / s.groups, target_depth = s.target_channels / s.groups;
   const int panels = (target_depth + PANEL - 1) / PANEL;
   const int group = (int)get_global_id(0) / panels, panel = (int)get_global_id(0) % panels;
-  const int phase_y = (int)get_global_id(2) / s.target_step, phase_x = (int)get_global_id(2) % s.target_step;
-  const int height = (s.target_height - phase_y + s.target_step - 1) / s.target_step;
-  const int width = (s.target_width - phase_x + s.target_step - 1) / s.target_step;
+  const int phase_y = (int)get_global_id(2) / s.target_step.x, phase_x = (int)get_global_id(2) % s.target_step.x;
+  const int height = (s.target_height - phase_y + s.target_step.y - 1) / s.target_step.y;
+  const int width = (s.target_width - phase_x + s.target_step.x - 1) / s.target_step.x;
   const int count = s.batch * height * width;
-  if (group >= s.groups || phase_y >= s.target_step) return;
+  if (group >= s.groups || phase_y >= s.target_step.y) return;
 
   // First tap of the phase on each axis, and the source position it reads at lattice position 0.
-  const int tap_y = (s.kernel_size * s.target_step - phase_y - s.lead) % s.target_step;
-  const int tap_x = (s.kernel_size * s.target_step - phase_x - s.lead) % s.target_step;
-  const int top = (phase_y + s.lead + tap_y) / s.target_step, left = (phase_x + s.lead + tap_x) / s.target_step;
-  const int taps_y = (s.kernel_size - tap_y + s.target_step - 1) / s.target_step;
-  const int taps_x = (s.kernel_size - tap_x + s.target_step - 1) / s.target_step;
+  const int tap_y = (s.kernel_size.y * s.target_step.y - phase_y - s.lead.y) % s.target_step.y;
+  const int tap_x = (s.kernel_size.x * s.target_step.x - phase_x - s.lead.x) % s.target_step.x;
+  const int top = (phase_y + s.lead.y + tap_y) / s.target_step.y, left = (phase_x + s.lead.x + tap_x) / s.target_step.x;
+  const int taps_y = (s.kernel_size.y - tap_y + s.target_step.y - 1) / s.target_step.y;
+  const int taps_x = (s.kernel_size.x - tap_x + s.target_step.x - 1) / s.target_step.x;
 
   const int channel = group * target_depth + panel * PANEL;
   const int lanes = target_depth - panel * PANEL;
   // The phase's own corner of each array.
   global const REAL* const sources = source + group * source_depth;
   global const REAL* const weights = weight + (long)group * s.group_stride + (long)panel * s.panel_stride +
-                                     (long)(tap_y * s.kernel_size + tap_x) * s.tap_stride;
+                                     (long)(tap_y * s.kernel_size.x + tap_x) * s.tap_stride;
   global const REAL* const biases = bias + channel;
   global REAL* const targets = target + channel;
   const bool has_bias = s.bias_kind != 0;
   const int bias_stride = s.bias_kind == 2 ? s.target_channels : 0;
   const long source_line = (long)s.source_width * s.source_channels;
-  const long weight_line = (long)s.target_step * s.kernel_size * s.tap_stride;
-  const int weight_column = s.target_step * s.tap_stride;
-  const int pitch = s.source_step * s.source_channels, target_pitch = s.target_step * s.target_channels;
+  const long weight_line = (long)s.target_step.y * s.kernel_size.x * s.tap_stride;
+  const int weight_column = s.target_step.x * s.tap_stride;
+  const int pitch = s.source_step.x * s.source_channels, target_pitch = s.target_step.x * s.target_channels;
   // Without groups a kernel row's taps lie side by side in source and weight: one long run where no tap is outside.
-  const bool merged = s.groups == 1 && s.target_step == 1;
+  const bool merged = s.groups == 1 && s.target_step.x == 1;
   // What this tile's end and a later tile's last kernel row will need.
-  const int columns_ahead = TILES_AHEAD * PIXELS * s.source_step + taps_x - 1;
+  const int columns_ahead = TILES_AHEAD * PIXELS * s.source_step.x + taps_x - 1;
   const long ahead = (taps_y - 1) * source_line + columns_ahead * s.source_channels;
 
   const int begin = (int)get_global_id(1) * s.tiles_per_item * PIXELS;
@@ -113,10 +121,10 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
 #pragma unroll
       for (int v = 0; v < VECTORS; ++v) sum[p][v] = 0;
     }
-    const int first_y = line * s.source_step + top, first_x = column * s.source_step + left;
+    const int first_y = line * s.source_step.y + top, first_x = column * s.source_step.x + left;
     const int first_position =
-        (line * s.target_step + phase_y) * s.target_width + column * s.target_step + phase_x;
-    const int last_x = first_x + (PIXELS - 1) * s.source_step;
+        (line * s.target_step.y + phase_y) * s.target_width + column * s.target_step.x + phase_x;
+    const int last_x = first_x + (PIXELS - 1) * s.source_step.x;
     if (column + PIXELS <= width && first_x >= 0 && last_x + taps_x <= s.source_width && first_y >= 0 &&
         first_y + taps_y <= s.source_height) {
       // The usual case: pixels of one line, every tap inside.
@@ -130,7 +138,7 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
         for (int k = 0; k < source_depth; k += CACHE_LINE) PREFETCH(corner[p] + ahead + k);
 #pragma unroll
         for (int v = 0; v < VECTORS; ++v) {
-          PREFETCH(bias_at + p * s.target_step * bias_stride + v * V);
+          PREFETCH(bias_at + p * s.target_step.x * bias_stride + v * V);
           PREFETCH_WRITE(target_at + p * target_pitch + v * V);
         }
       }
@@ -147,7 +155,7 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
 #pragma unroll
       for (int p = 0; p < PIXELS; ++p) {
         finish_pixel(sum[p], bias_at, has_bias, target_at, lanes, negative_slope);
-        bias_at += s.target_step * bias_stride;
+        bias_at += s.target_step.x * bias_stride;
         target_at += target_pitch;
       }
       column += PIXELS;
@@ -160,10 +168,10 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
       int y[PIXELS], x[PIXELS], picture[PIXELS], position[PIXELS];
 #pragma unroll
       for (int p = 0; p < PIXELS; ++p) {
-        y[p] = line * s.source_step + top;
-        x[p] = column * s.source_step + left;
+        y[p] = line * s.source_step.y + top;
+        x[p] = column * s.source_step.x + left;
         picture[p] = image;
-        position[p] = (line * s.target_step + phase_y) * s.target_width + column * s.target_step + phase_x;
+        position[p] = (line * s.target_step.y + phase_y) * s.target_width + column * s.target_step.x + phase_x;
         corner[p] = sources + ((long)image * s.source_height + y[p]) * source_line + x[p] * s.source_channels;
         // Pixels behind the last one repeat it; they are not stored.
         if (tile + p + 1 < count) {
@@ -197,23 +205,45 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
   }
 }
 
-// panels from weight (groups, kernel, kernel, rows, columns). transpose = 0: rows stay rows. transpose = 1: for the
-// input's gradient, rows and columns change places and the taps are turned by 180 degrees. The strides are Gather's.
+typedef struct {
+  int kernel_size, rows, columns;  // of weight
+  int transpose, fold;
+  // Pixel p of a fold has the weight's tap first_tap + x * tap_step - p * fold_step at tap x of the folded kernel.
+  int first_tap, tap_step, fold_step;
+} Packing;
+
+// panels for Gather `s` from weight (groups, kernel, kernel, rows, columns). transpose = 0: rows stay rows.
+// transpose = 1: for the input's gradient, rows and columns change places and the taps are turned by 180 degrees.
+// fold > 1: of one panel, the pixels side by side.
 // Launch: (panels, taps, groups); local size free.
-kernel void pack_weights(global const REAL* weight, global REAL* packed, const int groups, const int taps,
-                         const int rows, const int columns, const int transpose, const int group_stride,
-                         const int panel_stride, const int tap_stride, const int row_stride) {
-  const int depth = transpose ? columns : rows, width = transpose ? rows : columns;
+kernel void pack_weights(global const REAL* weight, global REAL* packed, const Packing pack, const Gather s) {
+  const int depth = pack.transpose ? pack.columns : pack.rows, width = pack.transpose ? pack.rows : pack.columns;
   const int panel = get_global_id(0), tap = get_global_id(1), group = get_global_id(2);
-  if (panel * PANEL >= width || tap >= taps || group >= groups) return;
-  const int from_tap = transpose ? taps - 1 - tap : tap;
-  const int row_step = transpose ? 1 : columns, lane_step = transpose ? columns : 1;
-  global const REAL* from = weight + (long)(group * taps + from_tap) * rows * columns + (long)panel * PANEL * lane_step;
-  global REAL* to = packed + (long)group * group_stride + (long)panel * panel_stride + (long)tap * tap_stride;
-  const int lanes = min(PANEL, width - panel * PANEL);
-  for (int k = 0; k < depth; ++k) {
-    global REAL* line = to + (long)k * row_stride;
-    for (int lane = 0; lane < lanes; ++lane) line[lane] = from[(long)k * row_step + (long)lane * lane_step];
-    for (int lane = lanes; lane < PANEL; ++lane) line[lane] = 0;
+  if (panel * PANEL >= width * pack.fold || tap >= s.kernel_size.y * s.kernel_size.x || group >= s.groups) return;
+  const int row_step = pack.transpose ? 1 : pack.columns, lane_step = pack.transpose ? pack.columns : 1;
+  const int taps = pack.kernel_size * pack.kernel_size, lanes = min(PANEL, width - panel * PANEL);
+  global REAL* to = packed + (long)group * s.group_stride + (long)panel * s.panel_stride + (long)tap * s.tap_stride;
+  for (int pixel = 0; pixel < pack.fold; ++pixel) {
+    const int x = pack.first_tap + tap % s.kernel_size.x * pack.tap_step - pixel * pack.fold_step;
+    const bool used = x >= 0 && x < pack.kernel_size;
+    const int from_tap = tap / s.kernel_size.x * pack.kernel_size + x;
+    global const REAL* from = weight + (long)panel * PANEL * lane_step +
+                              (long)(group * taps + (pack.transpose ? taps - 1 - from_tap : from_tap)) * pack.rows *
+                                  pack.columns;
+    for (int k = 0; k < depth; ++k) {
+      global REAL* line = to + (long)k * s.row_stride + pixel * width;
+      for (int lane = 0; lane < lanes; ++lane)
+        line[lane] = used ? from[(long)k * row_step + (long)lane * lane_step] : (REAL)0;
+    }
   }
+  for (int k = 0; k < depth; ++k) {
+    for (int lane = lanes * pack.fold; lane < PANEL; ++lane) to[(long)k * s.row_stride + lane] = 0;
+  }
+}
+
+// repeated = bias, over and over: that of a folded pixel
+// Launch: one item per element; local size free.
+kernel void repeat_bias(global const REAL* bias, global REAL* repeated, const int channels, const int count) {
+  const int i = get_global_id(0);
+  if (i < count) repeated[i] = bias[i % channels];
 }

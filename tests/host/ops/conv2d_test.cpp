@@ -86,6 +86,12 @@ TEST_CASE("conv2d equals the plain loops") {
       {1, 1, 1, 1, 1, 3, {1, 1, 1, 1}, Bias::Tied},
       {1, 9, 9, 2, 3, 2, {4, 5, 1, 0.5}, Bias::Untied},
       {1, 23, 40, 40, 24, 3, {1, 0, 1, 0.2}, Bias::Tied},
+      // Narrow enough for several pixels to a vector.
+      {2, 5, 24, 3, 3, 3, {1, 1, 1, 0.2}, Bias::Untied},
+      {1, 7, 70, 16, 7, 3, {1, 1, 1, 0.2}, Bias::Tied},
+      {2, 6, 48, 3, 8, 3, {2, 1, 1, 0.2}, Bias::Tied},
+      {1, 5, 9, 1, 4, 1, {2, 0, 1, 1}, Bias::Tied},
+      {1, 9, 48, 2, 1, 5, {3, 4, 1, 0.5}, Bias::Untied},
   }));
   INFO("set " << static_cast<int>(set) << ", " << c);
   Device& device = test::device(set);
@@ -112,6 +118,13 @@ TEST_CASE("conv2d gradients pass finite differences") {
       {1, 6, 7, 20, 15, 1, {2, 0, 1, 1}, Bias::Untied},
       {1, 9, 9, 2, 3, 2, {4, 5, 1, 0.5}, Bias::Untied},
       {1, 4, 4, 40, 36, 1, {1, 0, 1, 1}, Bias::None},
+      // Narrow enough for several pixels to a vector.
+      {1, 3, 12, 3, 3, 3, {1, 1, 1, 0.2}, Bias::Untied},
+      {2, 6, 12, 3, 8, 3, {2, 1, 1, 0.2}, Bias::Tied},
+      {1, 4, 12, 8, 6, 4, {2, 1, 1, 0.2}, Bias::Tied},
+      {1, 5, 12, 3, 4, 1, {2, 0, 1, 1}, Bias::Tied},
+      {1, 7, 24, 2, 1, 5, {3, 4, 1, 0.5}, Bias::Untied},
+      {1, 14, 24, 3, 4, 11, {4, 2, 1, 0.3}, Bias::Tied},
   }));
   INFO(c);
   std::vector<Tensor> inputs = {random_tensor(device, c.input_shape(), 1), random_tensor(device, c.weight_shape(), 2)};
