@@ -29,7 +29,7 @@ struct PackingArguments {
 struct WeightGradientArguments {
   int batch, height, width, channels;
   int output_height, output_width, output_channels;
-  int groups, kernel_size, stride, padding;
+  int groups, kernel_height, kernel_width, stride_y, stride_x, padding;
   int units_per_item, rows_per_split, rows_per_pass;
 };
 
@@ -153,8 +153,23 @@ void gather(const Tensor& source, const Tensor& weight, Tensor bias, const Tenso
               local, source, packed, bias, zeros, target, negative_slope, arguments);
 }
 
-/// Input channels that conv2d_gradient.cl holds in registers.
+/// Pairs of tap and input channel that conv2d_gradient.cl holds in registers.
 constexpr int gradient_rows = 8;
+
+/// How many output pixels to fold so that the weight gradient spends the fewest vector operations on each; 1: none.
+int best_gradient_fold(const Device& device, const Conv2dGeometry& g) {
+  if (!device.is_wide() || g.groups != 1) return 1;
+  const auto cost = [&](int fold) {
+    const int pairs = ((fold - 1) * g.stride + g.kernel_size) * g.channels;
+    return static_cast<double>(ceiling(fold * g.output_channels, device.vector_width())) *
+           ceiling(pairs, gradient_rows) / fold;
+  };
+  int best = 1;
+  for (int fold = 2; fold * g.output_channels <= 2 * device.vector_width(); ++fold) {
+    if (g.output_width % fold == 0 && cost(fold) < cost(best)) best = fold;
+  }
+  return best;
+}
 
 Kernel gradient_kernel(Device& device, const char* name, int vectors) {
   return device.kernel("conv2d_gradient", name, {{"ROWS", gradient_rows}, {"VECTORS", vectors}});
@@ -207,16 +222,33 @@ void conv2d_backward_input(const Conv2dGeometry& g, const Tensor& gradient, cons
 void conv2d_backward_weight(const Conv2dGeometry& g, const Tensor& input, const Tensor& gradient,
                             const Tensor& weight_gradient) {
   Device& device = input.device();
-  const int vectors = device.is_wide() && g.output_depth() > device.vector_width() ? 2 : 1,
-            panel = vectors * device.vector_width();
-  const int panels = static_cast<int>(ceiling(g.output_depth(), panel)) * g.groups;
-  const int units = g.taps() * static_cast<int>(ceiling(g.depth(), gradient_rows));
+  const int fold = best_gradient_fold(device, g);
+  const int kernel_width = (fold - 1) * g.stride + g.kernel_size, output_depth = fold * g.output_depth();
+  const int output_width = g.output_width / fold;
+  const int vectors = device.is_wide() && output_depth > device.vector_width() ? 2 : 1;
+  const int panels = static_cast<int>(ceiling(output_depth, vectors * device.vector_width())) * g.groups;
+  const bool merged = g.groups == 1 && g.depth() % gradient_rows != 0;
+  const int units = static_cast<int>(merged ? g.kernel_size * ceiling(kernel_width * g.depth(), gradient_rows)
+                                            : g.kernel_size * kernel_width * ceiling(g.depth(), gradient_rows));
   const int output_rows = g.batch * g.output_height;
 
-  WeightGradientArguments a{g.batch,           g.height, g.width,       g.channels, g.output_height, g.output_width,
-                            g.output_channels, g.groups, g.kernel_size, g.stride,   g.padding,       units,
-                            output_rows,       1};
-  a.rows_per_pass = static_cast<int>(std::clamp<int64_t>(128 / g.output_width, 1, output_rows));
+  WeightGradientArguments a{g.batch,
+                            g.height,
+                            g.width,
+                            g.channels,
+                            g.output_height,
+                            output_width,
+                            g.output_channels * fold,
+                            g.groups,
+                            g.kernel_size,
+                            kernel_width,
+                            g.stride,
+                            g.stride * fold,
+                            g.padding,
+                            units,
+                            output_rows,
+                            1};
+  a.rows_per_pass = static_cast<int>(std::clamp<int64_t>(128 / output_width, 1, output_rows));
   const int64_t passes = ceiling(output_rows, a.rows_per_pass);
   const int64_t wanted_splits = device.is_wide() ? ceiling(16, panels) : 32;
   a.rows_per_split = static_cast<int>(ceiling(passes, std::min(passes, wanted_splits))) * a.rows_per_pass;
@@ -227,20 +259,20 @@ void conv2d_backward_weight(const Conv2dGeometry& g, const Tensor& input, const 
     a.units_per_item = static_cast<int>(ceiling(units, ceiling(16, panels * splits)));
   }
 
-  Tensor padded = gradient;
-  const size_t needed = gradient.bytes() + (panel - 1) * device.real_bytes();
-  if (g.output_depth() % panel != 0 && gradient.memory().bytes() < needed) {
-    padded = Tensor(device, {gradient.size() + panel});
-    device.copy(gradient.memory(), padded.memory(), gradient.bytes());
-  }
-  Shape partial_shape = weight_gradient.shape();
-  partial_shape.insert(partial_shape.begin(), splits);
-  const Tensor partial = splits == 1 ? weight_gradient : Tensor(device, partial_shape);
+  const Tensor partial = splits * fold == 1
+                             ? weight_gradient
+                             : Tensor(device, {splits, g.groups, g.kernel_size, kernel_width, g.depth(), output_depth});
   gradient_kernel(device, "weight_gradient", vectors)
       .launch({static_cast<size_t>(panels), static_cast<size_t>(ceiling(units, a.units_per_item)),
                static_cast<size_t>(splits)},
-              device.is_wide() ? Range{1, 1, 1} : Range{64, 1, 1}, input, padded, partial, a);
-  if (splits > 1) sum_splits(partial, weight_gradient, splits);
+              device.is_wide() ? Range{1, 1, 1} : Range{64, 1, 1}, input, gradient, partial, a);
+  if (fold > 1) {
+    gradient_kernel(device, "sum_folds", vectors)
+        .launch({static_cast<size_t>(weight_gradient.size())}, device.pointwise_local(), partial, weight_gradient,
+                splits, fold, g.kernel_size, g.stride, g.channels, g.output_channels);
+  } else if (splits > 1) {
+    sum_splits(partial, weight_gradient, splits);
+  }
 }
 
 void conv2d_backward_bias(const Conv2dGeometry& g, BiasKind kind, const Tensor& gradient, const Tensor& bias_gradient) {
