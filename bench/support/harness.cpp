@@ -17,12 +17,6 @@
 namespace degas::bench {
 namespace {
 
-double now(Clock clock) {
-  if (clock == Clock::Cpu)
-    return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC / std::thread::hardware_concurrency();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 double milliseconds_of(const std::function<void()>& work, const std::function<void()>& wait, int runs, Clock clock) {
   wait();
   const double begin = now(clock);
@@ -51,17 +45,27 @@ double geometric_mean(const std::vector<double>& values) {
 
 }  // namespace
 
+double now(Clock clock) {
+  if (clock == Clock::Cpu)
+    return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC / std::thread::hardware_concurrency();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Timing timing_of(std::vector<double> milliseconds) {
+  std::sort(milliseconds.begin(), milliseconds.end());
+  const auto quantile = [&](double q) {
+    return milliseconds[static_cast<size_t>(std::lround(q * static_cast<double>(milliseconds.size() - 1)))];
+  };
+  return {milliseconds.front(), quantile(0.5), (quantile(0.75) - quantile(0.25)) / quantile(0.5)};
+}
+
 Timing measure(const std::function<void()>& work, const std::function<void()>& wait, const MeasureOptions& options) {
   milliseconds_of(work, wait, 1, options.clock);  // builds programs
   const double estimate = milliseconds_of(work, wait, 1, options.clock);
   const int runs = std::clamp(static_cast<int>(options.batch_milliseconds / std::max(estimate, 1e-3)), 1, 1000);
   std::vector<double> times;
   for (int i = 0; i < options.repetitions; ++i) times.push_back(milliseconds_of(work, wait, runs, options.clock));
-  std::sort(times.begin(), times.end());
-  const auto quantile = [&](double q) {
-    return times[static_cast<size_t>(std::lround(q * static_cast<double>(times.size() - 1)))];
-  };
-  return {times.front(), quantile(0.5), (quantile(0.75) - quantile(0.25)) / quantile(0.5)};
+  return timing_of(times);
 }
 
 double measure_fma_peak(Device& device, Clock clock) {
@@ -116,6 +120,7 @@ void Report::add(const Row& row) {
   fmt::print(" {:>6}",
              row.gflop > 0 && peak_gflops_ > 0 ? fmt::format("{:.0f}%", 100 * gflops(row) / peak_gflops_) : "");
   if (row.peer_time) fmt::print(" {:>9.3f} {:>6.2f}", row.peer_time->median, ratio(row));
+  for (const auto& [name, value] : row.details) fmt::print("  {} {:.4g}", name, value);
   fmt::print("\n");
   std::fflush(stdout);
 }
@@ -138,6 +143,7 @@ void Report::finish(const std::string& json_file) const {
       ratios.push_back(ratio(row));
       if (!row.kind.empty()) ratios_of_kinds[row.kind].push_back(ratio(row));
     }
+    for (const auto& [name, value] : row.details) entry[name] = value;
     total += row.time.median;
     gflop += row.gflop;
     results.push_back(entry);

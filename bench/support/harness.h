@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/device/device.h"
@@ -24,6 +25,11 @@ struct MeasureOptions {
   double batch_milliseconds = 10;  ///< short work is repeated within a measurement until it takes about this long
   Clock clock = Clock::Wall;
 };
+
+/// Milliseconds since some moment; differences count.
+double now(Clock clock);
+/// Of one measurement each, at least one.
+Timing timing_of(std::vector<double> milliseconds);
 
 /// Times `work` after two warm-up runs; `wait` is called before each reading of the clock (device.finish()).
 Timing measure(const std::function<void()>& work, const std::function<void()>& wait,
@@ -48,13 +54,14 @@ struct Row {
   std::optional<Timing> peer_time;
   std::string peer;
   std::string kind = {};  ///< rows of one kind get a mean ratio of their own; empty: none
+  std::vector<std::pair<std::string, double>> details = {};  ///< further numbers by name, printed behind the row
 };
 
 /// Prints a table as rows come in; finish() prints the totals and writes the JSON file {"results": [{"name", "ms",
-/// "best_ms", "spread", "gflops", "share_of_peak", "peer", "peer_ms", "peer_best_ms", "ratio"}], "geomean_ratio",
-/// "geomean_ratios" by kind, "peak_gflops", "load_average", "busy"}. ratio = peer_best_ms / best_ms, above 1 we are faster; of the best times,
-/// since company on the machine only ever adds to them. busy: others had the machine at the start, so that no figure is
-/// to be quoted; it is printed too.
+/// "best_ms", "spread", "gflops", "share_of_peak", "peer", "peer_ms", "peer_best_ms", "ratio", details}],
+/// "geomean_ratio", "geomean_ratios" by kind, "peak_gflops", "load_average", "busy"}. ratio = peer_best_ms / best_ms,
+/// above 1 we are faster; of the best times, since company on the machine only ever adds to them. busy: others had the
+/// machine at the start, so that no figure is to be quoted; it is printed too.
 class Report {
  public:
   /// peak_gflops 0: no shares.

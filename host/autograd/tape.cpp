@@ -17,7 +17,7 @@ void Tape::record(const char* operation, const std::vector<Tensor>& inputs, std:
                   std::function<void(Tape&)> backward) {
   if (!needs_gradient(inputs)) return;
   for (Tensor& output : outputs) output.set_requires_gradient();
-  steps_.push_back({operation, std::move(outputs), std::move(backward)});
+  steps_.push_back({operation, device_.stage(), std::move(outputs), std::move(backward)});
 }
 
 void Tape::accumulate(const Tensor& target, const std::function<void(const Tensor&)>& write) {
@@ -47,6 +47,7 @@ void Tape::backward(const Tensor& loss) {
     steps_.pop_back();
     const bool reached = std::any_of(step.outputs.begin(), step.outputs.end(),
                                      [](const Tensor& output) { return output.has_gradient(); });
+    device_.set_stage({step.stage.name, true});
     if (reached) step.backward(*this);
     for (Tensor& output : step.outputs) output.clear_gradient();
   }

@@ -44,6 +44,7 @@ class Tape {
  private:
   struct Step {
     const char* operation;
+    Stage stage;  // of the forward pass: the profile counts the backward to it
     std::vector<Tensor> outputs;
     std::function<void(Tape&)> backward;
   };

@@ -118,7 +118,7 @@ struct Device::OpenCl {
   std::unordered_map<std::string, cl_program> programs;  // by file and options
   struct Built {
     cl_kernel handle;
-    std::string name;
+    std::string name;  // "file/name"
   };
   std::unordered_map<std::string, Built> kernels;  // by file, options and kernel name
   std::deque<std::pair<cl_event, std::vector<unsigned char>>> uploads;
@@ -196,8 +196,15 @@ Kernel Device::kernel(const std::string& file, const std::string& name, const De
   cl_kernel handle = clCreateKernel(program->second, name.c_str(), &status);
   if (status != CL_SUCCESS)
     throw std::logic_error(fmt::format("kernels/{}.cl has no kernel '{}' ({})", file, name, status));
-  const auto built = open_cl_->kernels.emplace(kernel_key, OpenCl::Built{handle, name}).first;
+  const auto built = open_cl_->kernels.emplace(kernel_key, OpenCl::Built{handle, file + "/" + name}).first;
   return Kernel(*this, handle, &built->second.name);
+}
+
+template <typename Enqueue>
+void Device::profiled(const char* name, const Enqueue& enqueue) {
+  cl_event event = nullptr;
+  check(enqueue(options_.profile ? &event : nullptr), name);
+  if (event) profiler_.record(stage_, name, event);
 }
 
 std::shared_ptr<Memory> Device::allocate(size_t bytes) {
@@ -213,6 +220,10 @@ void Device::upload(const Memory& target, const void* source, size_t bytes) {
   auto& [event, staging] = open_cl_->uploads.emplace_back(nullptr, std::vector<unsigned char>(begin, begin + bytes));
   check(clEnqueueWriteBuffer(open_cl_->queue, target.handle(), CL_FALSE, 0, bytes, staging.data(), 0, nullptr, &event),
         "upload");
+  if (options_.profile) {
+    clRetainEvent(event);
+    profiler_.record(stage_, "memory/upload", event);
+  }
   clFlush(open_cl_->queue);
 }
 
@@ -224,13 +235,16 @@ void Device::download(const Memory& source, void* target, size_t bytes, size_t o
 
 void Device::copy(const Memory& source, const Memory& target, size_t bytes) {
   if (bytes == 0) return;
-  check(clEnqueueCopyBuffer(open_cl_->queue, source.handle(), target.handle(), 0, 0, bytes, 0, nullptr, nullptr),
-        "copy");
+  profiled("memory/copy", [&](cl_event* event) {
+    return clEnqueueCopyBuffer(open_cl_->queue, source.handle(), target.handle(), 0, 0, bytes, 0, nullptr, event);
+  });
 }
 
 void Device::fill(const Memory& target, unsigned char value, size_t bytes) {
   if (bytes == 0) return;
-  check(clEnqueueFillBuffer(open_cl_->queue, target.handle(), &value, 1, 0, bytes, 0, nullptr, nullptr), "fill");
+  profiled("memory/fill", [&](cl_event* event) {
+    return clEnqueueFillBuffer(open_cl_->queue, target.handle(), &value, 1, 0, bytes, 0, nullptr, event);
+  });
 }
 
 void Device::finish() {
@@ -269,12 +283,10 @@ void Kernel::enqueue(const Range& global, const Range& local) const {
     if (global[axis] == 0) return;  // nothing to do is no error
     rounded[axis] = (global[axis] + local[axis] - 1) / local[axis] * local[axis];
   }
-  cl_event event = nullptr;
-  const cl_int status =
-      clEnqueueNDRangeKernel(device_->open_cl_->queue, handle_, static_cast<cl_uint>(global.size()), nullptr, rounded,
-                             local.data(), 0, nullptr, device_->options_.profile ? &event : nullptr);
-  check(status, name_->c_str());
-  if (event) device_->profiler_.record(*name_, event);
+  device_->profiled(name_->c_str(), [&](cl_event* event) {
+    return clEnqueueNDRangeKernel(device_->open_cl_->queue, handle_, static_cast<cl_uint>(global.size()), nullptr,
+                                  rounded, local.data(), 0, nullptr, event);
+  });
   ++device_->launches_;
 }
 

@@ -141,18 +141,26 @@ class Device {
 
   /// Number of kernel launches so far.
   size_t launches() const { return launches_; }
-  /// Waits, then gives kernel times since the last call (DeviceOptions::profile).
+  bool profiles() const { return options_.profile; }
+  /// What the profile counts the commands from here on to.
+  void set_stage(Stage stage) { stage_ = stage; }
+  Stage stage() const { return stage_; }
+  /// Waits, then gives the times of commands since the last call (DeviceOptions::profile).
   std::vector<Profiler::Row> take_profile();
 
  private:
   friend class Kernel;
   struct OpenCl;
+  /// Queues what `enqueue(event)` queues, its event null unless it is to be profiled.
+  template <typename Enqueue>
+  void profiled(const char* name, const Enqueue& enqueue);
   DeviceOptions options_;
   DeviceDescription description_;
   KernelSet kernel_set_;
   std::unique_ptr<OpenCl> open_cl_;
   std::unique_ptr<MemoryPool> pool_;
   Profiler profiler_;
+  Stage stage_;
   size_t launches_ = 0;
 };
 

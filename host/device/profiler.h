@@ -4,28 +4,39 @@
 #include <CL/cl.h>
 
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace degas {
 
-/// Times launches by their OpenCL events, summed by kernel name.
+/// What launches are part of: a stage of a step, forward or (set by the tape) backward.
+struct Stage {
+  const char* name = "";  ///< a literal
+  bool backward = false;
+};
+
+/// Times commands by their OpenCL events, summed by stage and kernel.
 class Profiler {
  public:
   struct Row {
-    std::string kernel;
+    Stage stage;
+    std::string kernel;  ///< "file/name" of a kernel; "memory/fill", "memory/copy", "memory/upload"
     size_t launches = 0;
     double milliseconds = 0;
   };
 
-  /// Takes ownership of the event.
-  void record(std::string kernel, cl_event event) { events_.emplace_back(std::move(kernel), event); }
+  /// Takes ownership of the event. kernel: stays where it is.
+  void record(Stage stage, const char* kernel, cl_event event) { events_.push_back({stage, kernel, event}); }
   /// Rows since the last call, slowest first. All recorded work must have finished.
   std::vector<Row> take_rows();
   ~Profiler() { take_rows(); }
 
  private:
-  std::vector<std::pair<std::string, cl_event>> events_;
+  struct Recorded {
+    Stage stage;
+    const char* kernel;
+    cl_event event;
+  };
+  std::vector<Recorded> events_;
 };
 
 }  // namespace degas

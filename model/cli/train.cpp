@@ -44,15 +44,16 @@ std::string progress_text(const TrainingReport& report) {
 
 void print_profile(Device& device, int64_t steps) {
   const std::vector<Profiler::Row> rows = device.take_profile();
-  fmt::print("\n{:<40} {:>12} {:>12}\n", "kernel", "launches/step", "ms/step");
+  fmt::print("\n{:<20} {:<40} {:>12} {:>12}\n", "stage", "kernel", "launches/step", "ms/step");
   double total = 0;
   for (const Profiler::Row& row : rows) {
     total += row.milliseconds;
-    fmt::print("{:<40} {:>12.1f} {:>12.3f}\n", row.kernel,
+    fmt::print("{:<20} {:<40} {:>12.1f} {:>12.3f}\n",
+               fmt::format("{}{}", row.stage.name, row.stage.backward ? " backward" : ""), row.kernel,
                static_cast<double>(row.launches) / static_cast<double>(steps),
                row.milliseconds / static_cast<double>(steps));
   }
-  fmt::print("{:<40} {:>12} {:>12.3f}\n", "all", "", total / static_cast<double>(steps));
+  fmt::print("{:<61} {:>12} {:>12.3f}\n", "all", "", total / static_cast<double>(steps));
 }
 
 void train(const TrainOptions& options) {

@@ -128,19 +128,24 @@ SplatImage Trainer::draw(Tape& tape, const Splats& splats, const TrainingPicture
 Trainer::Step Trainer::train_step(const LoadedStep& loaded, double fraction) {
   const auto& prepared = std::any_cast<const PreparedStep&>(loaded.maps);
   Tape tape(device_);
+  device_.set_stage({"decode"});
   const Avatar::Signal signal = avatar_.upload(prepared.signal);
   const Avatar::Decoded decoded =
       avatar_.decode(tape, signal, Random::of_step(config_.train.seed, noise_stream, loaded.step).next());
+  device_.set_stage({"pose"});
   const Splats splats = posed_splats(tape, signal, decoded.gaussians, loaded.request.frame);
+  device_.set_stage({"splat"});
   std::vector<LossView> views;
   for (const TrainingPicture& picture : prepared.pictures) {
     views.push_back(
         {draw(tape, splats, picture).color, target_of(device_, picture), picture.region, picture.background});
   }
+  device_.set_stage({"losses"});
   const LossMaps maps{decoded.gaussians.offsets, decoded.gaussians.log_scales, decoded.gaussians.opacity_logits,
                       decoded.divergence};
   const LossTerms terms = loss_.evaluate(tape, views, maps, loaded.step);
   tape.backward(terms.total);
+  device_.set_stage({"optimiser"});
   const double factor = learning_rate_factor(fraction);
   optimiser_.step({factor * config_.train.learning_rate, factor * config_.train.pose_learning_rate});
   return {terms, decoded.gaussians};

@@ -1,5 +1,6 @@
 #include "host/device/device.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -60,17 +61,26 @@ TEST_CASE("program binaries are cached, and a damaged one is rebuilt") {
   unsetenv("DEGAS_CACHE");
 }
 
-TEST_CASE("the profiler counts launches by kernel") {
+TEST_CASE("the profiler counts commands by stage and kernel") {
   DeviceOptions options;
   options.profile = true;
   auto& device = *new Device(options);
   Tape tape(device, false);
   const Tensor x = test::random_tensor(device, {100}, 1);
+  device.take_profile();
+  device.set_stage({"sums"});
   add(tape, add(tape, x, x), x);
-  const auto rows = device.take_profile();
-  REQUIRE(rows.size() == 1);
-  CHECK(rows[0].kernel == "add");
+  device.set_stage({"sums", true});
+  Tensor(x).fill_zero();
+  auto rows = device.take_profile();
+  std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.launches > b.launches; });
+  REQUIRE(rows.size() == 2);
+  CHECK(rows[0].kernel == "pointwise/add");
+  CHECK(rows[0].stage.name == std::string("sums"));
+  CHECK(!rows[0].stage.backward);
   CHECK(rows[0].launches == 2);
   CHECK(rows[0].milliseconds > 0);
+  CHECK(rows[1].kernel == "memory/fill");
+  CHECK(rows[1].stage.backward);
   CHECK(device.take_profile().empty());
 }
