@@ -88,7 +88,7 @@ int main(int count, char** values) {
     if (name.find(arguments.filter) == std::string::npos) return;
     Row row;
     row.name = name;
-    row.time = measure(work, [&] { device.finish(); });
+    row.time = measure(work, [&] { device.finish(); }, {.clock = arguments.clock});
     report.add(row);
   };
 

@@ -49,13 +49,18 @@ REALV dissimilarity(const REALV mean_x, const REALV mean_d, const REALV square_d
 // Columns (of vectors) blurred vertically: the strip and one vector on either side for the horizontal taps.
 #define COLUMNS (STRIP + 2)
 
-// V values of a row from `column` on; zeros outside 0 .. length.
-REALV load_padded(global const REAL* row, const int column, const int length) {
-  if (column >= 0 && column + V <= length) return LOAD_VECTOR(0, row + column);
+#define LANE_NUMBERS (REALV)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
+
+// V values of a row from `column`, a multiple of V, on; zeros outside 0 .. row_length.
+REALV load_padded(global const REAL* image, const int row, const int column, const int height, const int row_length) {
+  if (column < 0 || column >= row_length) return 0;
+  const int rest = row_length - column;
+  global const REAL* values = image + (long)row * row_length + column;
+  if (rest >= V) return LOAD_VECTOR(0, values);
+  // Behind every row but the last lies the next one.
+  if (row + 1 < height) return LANE_NUMBERS < (REALV)rest ? LOAD_VECTOR(0, values) : (REALV)0;
   REAL lanes[V];
-  for (int lane = 0; lane < V; ++lane) {
-    lanes[lane] = column + lane >= 0 && column + lane < length ? row[column + lane] : 0;
-  }
+  for (int lane = 0; lane < V; ++lane) lanes[lane] = lane < rest ? values[lane] : 0;
   return LOAD_VECTOR(0, lanes);
 }
 
@@ -94,8 +99,8 @@ kernel void ssim_forward(global const REAL* image, global const REAL* target, gl
       x[i] = 0;
       d[i] = 0;
       if (row >= 0 && row < height) {
-        x[i] = load_padded(image + (long)row * row_length, start, row_length);
-        d[i] = x[i] - load_padded(target + (long)row * row_length, start, row_length);
+        x[i] = load_padded(image, row, start, height, row_length);
+        d[i] = x[i] - load_padded(target, row, start, height, row_length);
       }
     }
     BLUR_VERTICALLY(x[i], mean_x);
@@ -104,24 +109,21 @@ kernel void ssim_forward(global const REAL* image, global const REAL* target, gl
     BLUR_VERTICALLY(x[i] * x[i] + (x[i] - d[i]) * (x[i] - d[i]), square_sum);
   }
   REALV total = 0;
-  REAL lanes[V];
-  for (int lane = 0; lane < V; ++lane) lanes[lane] = lane;
-  const REALV lane_number = LOAD_VECTOR(0, lanes);
   for (int r = 0; r < ROWS && first_row + r < height; ++r) {
     const int row = first_row + r;
     const REAL row_counts = row >= margin && row < height - margin ? 1 : 0;
     for (int column = 1; column <= STRIP; ++column) {
       const int start = (strip * STRIP + column - 1) * V;
       if (start >= row_length) break;
-      const REALV position = lane_number + start;
+      const REALV position = LANE_NUMBERS + start;
       const REALV counts = row_counts * step((REALV)(margin * CHANNELS), position) *
                            step(position, (REALV)(row_length - margin * CHANNELS - 1));
       REALV by_mean, by_square_d, by_square_sum;
       const REALV value = dissimilarity(blur_horizontally(mean_x[r], column), blur_horizontally(mean_d[r], column),
                                         blur_horizontally(square_d[r], column), blur_horizontally(square_sum[r], column),
                                         &by_mean, &by_square_d, &by_square_sum);
-      const REALV d = load_padded(image + (long)row * row_length, start, row_length) -
-                      load_padded(target + (long)row * row_length, start, row_length);
+      const REALV d = load_padded(image, row, start, height, row_length) -
+                      load_padded(target, row, start, height, row_length);
       total += counts * (l1_factor * fabs(d) + ssim_factor * value);
       if (derivative) {
         global REAL* out = derivative + (long)row * pitch + start;
@@ -132,6 +134,7 @@ kernel void ssim_forward(global const REAL* image, global const REAL* target, gl
       }
     }
   }
+  REAL lanes[V];
   STORE_VECTOR(total, 0, lanes);
   REAL sum = 0;
   for (int lane = 0; lane < V; ++lane) sum += lanes[lane];
@@ -163,8 +166,8 @@ kernel void ssim_backward(global const REAL* image, global const REAL* target, g
     for (int column = 1; column <= STRIP; ++column) {
       const int start = (strip * STRIP + column - 1) * V;
       if (start >= row_length) break;
-      const REALV x = load_padded(image + row_begin, start, row_length);
-      const REALV d = x - load_padded(target + row_begin, start, row_length);
+      const REALV x = load_padded(image, first_row + r, start, height, row_length);
+      const REALV d = x - load_padded(target, first_row + r, start, height, row_length);
       const REALV by_ssim = blur_horizontally(blurred[0][r], column) +
                             2 * (d * blur_horizontally(blurred[1][r], column) + x * blur_horizontally(blurred[2][r], column));
       const REALV value = upstream[0] * (l1_factor * sign(d) + ssim_factor * by_ssim);
