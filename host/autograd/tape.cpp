@@ -24,15 +24,30 @@ void Tape::accumulate(const Tensor& target, const std::function<void(const Tenso
   if (!target.requires_gradient()) return;
   const Tensor contribution(device_, target.shape());
   write(contribution);
-  if (target.has_gradient()) {
-    add_in_place(target.gradient(), contribution);
-  } else {
+  accumulate(target, contribution);
+}
+
+void Tape::accumulate(const Tensor& target, const Tensor& contribution) {
+  if (!target.requires_gradient() || !contribution.defined()) return;
+  if (!target.has_gradient()) {
     Tensor(target).set_gradient(contribution);
+  } else if (target.gradient_is_shared()) {
+    Tape silent(device_, false);
+    Tensor(target).set_gradient(add(silent, target.gradient(), contribution));
+  } else {
+    add_in_place(target.gradient(), contribution);
   }
 }
 
 Tensor Tape::gradient_or_zeros(const Tensor& output) const {
   return output.has_gradient() ? output.gradient() : Tensor::zeros(device_, output.shape());
+}
+
+Tensor Tape::own_gradient_or_zeros(const Tensor& output) const {
+  if (!output.has_gradient() || !output.gradient_is_shared()) return gradient_or_zeros(output);
+  const Tensor copy(device_, output.shape());
+  device_.copy(output.gradient().memory(), copy.memory(), copy.bytes());
+  return copy;
 }
 
 void Tape::backward(const Tensor& loss) {

@@ -33,7 +33,12 @@ class Tape {
   /// Adds to target's gradient what `write` stores into the tensor it is given (of target's shape, uninitialised; every
   /// element must be written). Does nothing when target wants no gradient.
   void accumulate(const Tensor& target, const std::function<void(const Tensor&)>& write);
+  /// Adds what is there already, of target's size; undefined: nothing. Targets may share it: a gradient that others
+  /// hold is never written to.
+  void accumulate(const Tensor& target, const Tensor& contribution);
   Tensor gradient_or_zeros(const Tensor& output) const;
+  /// The same to be written to.
+  Tensor own_gradient_or_zeros(const Tensor& output) const;
 
   /// loss: one element. Gradients of leaves add to what they hold already; those of intermediate tensors are given
   /// back to the pool as soon as they are used, and the tape is empty afterwards.

@@ -64,6 +64,8 @@ class Tensor {
   /// Undefined until a backward pass reaches this tensor.
   bool has_gradient() const { return storage_ && storage_->gradient; }
   Tensor gradient() const;
+  /// Whether others hold the gradient's memory too.
+  bool gradient_is_shared() const { return storage_->gradient.use_count() > 1; }
   void set_gradient(const Tensor& gradient);
   void clear_gradient() { storage_->gradient.reset(); }
 

@@ -20,16 +20,14 @@ JointTransforms kinematics(Tape& tape, const Tensor& axis_angles, const Tensor& 
       .launch({1}, {1}, axis_angles, translation, rest_joints, parents, output.matrices, output.rotations, joints);
   tape.record("kinematics", {axis_angles, translation}, {output.matrices, output.rotations}, [=](Tape& tape) {
     Device& device = tape.device();
-    // The kernel adds along the tree in place, so it works on the outputs' gradients, which nobody reads afterwards.
+    // The kernel adds along the tree in place.
     const Tensor d_axis_angles(device, axis_angles.shape()), d_translation(device, translation.shape());
     device.kernel("kinematics", "kinematics_backward")
-        .launch({1}, {1}, axis_angles, rest_joints, parents, output.rotations, tape.gradient_or_zeros(output.matrices),
-                tape.gradient_or_zeros(output.rotations), d_axis_angles, d_translation, joints);
-    const auto hand_over = [&](const Tensor& from) {
-      return [&](const Tensor& to) { device.copy(from.memory(), to.memory(), from.bytes()); };
-    };
-    tape.accumulate(axis_angles, hand_over(d_axis_angles));
-    tape.accumulate(translation, hand_over(d_translation));
+        .launch({1}, {1}, axis_angles, rest_joints, parents, output.rotations,
+                tape.own_gradient_or_zeros(output.matrices), tape.own_gradient_or_zeros(output.rotations),
+                d_axis_angles, d_translation, joints);
+    tape.accumulate(axis_angles, d_axis_angles);
+    tape.accumulate(translation, d_translation);
   });
   return output;
 }

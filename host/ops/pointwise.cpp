@@ -29,9 +29,8 @@ Tensor add(Tape& tape, const Tensor& a, const Tensor& b) {
   const Tensor output(tape.device(), a.shape());
   launch("add", output, a, b, output);
   tape.record("add", {a, b}, {output}, [=](Tape& tape) {
-    const Tensor gradient = output.gradient();
-    tape.accumulate(a, [&](const Tensor& da) { launch("scale", da, gradient, da, 1.0, 0.0); });
-    tape.accumulate(b, [&](const Tensor& db) { launch("scale", db, gradient, db, 1.0, 0.0); });
+    tape.accumulate(a, output.gradient());
+    tape.accumulate(b, output.gradient());
   });
   return output;
 }

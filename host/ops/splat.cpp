@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "host/ops/intersection.h"
-#include "host/ops/pointwise.h"
 #include "host/ops/projection.h"
 #include "host/ops/raster.h"
 
@@ -37,16 +36,6 @@ Tensor wanted_gradient(const Tensor& field) {
   return field.requires_gradient() ? Tensor(field.device(), field.shape()) : Tensor();
 }
 
-/// Like Tape::accumulate for a contribution that is there already.
-void deliver(const Tensor& target, const Tensor& contribution) {
-  if (!contribution.defined()) return;
-  if (target.has_gradient()) {
-    add_in_place(target.gradient(), contribution);
-  } else {
-    Tensor(target).set_gradient(contribution);
-  }
-}
-
 }  // namespace
 
 int64_t SplatWorkspace::reserve(int64_t intersections) {
@@ -69,11 +58,11 @@ SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& splats, co
                                        wanted_gradient(splats.log_scales), wanted_gradient(splats.opacities),
                                        wanted_gradient(splats.colors)};
                 project_splats_backward(splats, intersections, slots, camera, options, gradients);
-                deliver(splats.positions, gradients.positions);
-                deliver(splats.rotations, gradients.rotations);
-                deliver(splats.log_scales, gradients.log_scales);
-                deliver(splats.opacities, gradients.opacities);
-                deliver(splats.colors, gradients.colors);
+                tape.accumulate(splats.positions, gradients.positions);
+                tape.accumulate(splats.rotations, gradients.rotations);
+                tape.accumulate(splats.log_scales, gradients.log_scales);
+                tape.accumulate(splats.opacities, gradients.opacities);
+                tape.accumulate(splats.colors, gradients.colors);
               });
   return {image.color, image.alpha};
 }

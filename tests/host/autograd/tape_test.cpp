@@ -31,6 +31,19 @@ TEST_CASE("a tape that does not record keeps nothing") {
   CHECK(tape.length() == 0);
 }
 
+TEST_CASE("tensors that share a gradient do not see what is added to another's") {
+  Device& device = test::device(KernelSet::Wide);
+  Tensor x = random_tensor(device, {70}, 1).set_requires_gradient();
+  Tensor y = random_tensor(device, {70}, 2).set_requires_gradient();
+  Tape tape(device);
+  const Tensor tripled = scale(tape, x, 3);
+  // Walking back, the sum gives x and y one gradient; then x has the tripled one's added to its own.
+  tape.backward(sum(tape, add(tape, tripled, add(tape, x, y))));
+  CHECK(x.gradient().to_host<float>() == std::vector<float>(70, 4.0f));
+  CHECK(y.gradient().to_host<float>() == std::vector<float>(70, 1.0f));
+  CHECK(!y.gradient_is_shared());
+}
+
 TEST_CASE("backward runs only where the loss depends, and leaves accumulate over steps") {
   Device& device = test::device(KernelSet::Wide);
   Tensor x = random_tensor(device, {5}, 1).set_requires_gradient();
