@@ -14,6 +14,26 @@ struct Layout {
   int outputs() const { return groups * columns; }
 };
 
+/// Up to here one work-group does a whole pass.
+constexpr int64_t small_size = 1 << 16;
+
+int group_size(const Device& device) {
+  return device.is_wide() ? 1 : 256;
+}
+
+Kernel weight_norm_kernel(Device& device, const char* name) {
+  return device.kernel("weight_norm", name, {{"GROUP", group_size(device)}});
+}
+
+template <typename... Arguments>
+void launch_small(const char* name, const Layout& layout, const Tensor& v, const Arguments&... arguments) {
+  Device& device = v.device();
+  const size_t group = group_size(device);
+  weight_norm_kernel(device, name)
+      .launch({group}, {group}, v, arguments..., LocalMemory{group * device.real_bytes()}, layout.groups, layout.rows,
+              layout.columns);
+}
+
 size_t vectors_in(const Device& device, int columns) {
   return static_cast<size_t>((columns + device.vector_width() - 1) / device.vector_width());
 }
@@ -31,10 +51,10 @@ void dot(const Tensor& a, const Tensor& b, const char* finish, const Tensor& res
     partials = std::min<int64_t>(512, (vectors + 15) / 16);
   }
   const Tensor partial(device, {partials});
-  device.kernel("weight_norm", "partial_dot")
+  weight_norm_kernel(device, "partial_dot")
       .launch({static_cast<size_t>(partials)}, {device.is_wide() ? size_t{1} : size_t{64}}, a, b, partial,
               static_cast<int>(partials), stretch, a.size());
-  device.kernel("weight_norm", finish).launch({1}, {1}, partial, static_cast<int>(partials), result);
+  weight_norm_kernel(device, finish).launch({1}, {1}, partial, static_cast<int>(partials), result);
 }
 
 template <typename... Arguments>
@@ -42,7 +62,7 @@ void launch_rows(const char* name, const Layout& layout, const Tensor& target, c
   Device& device = target.device();
   const size_t rows = static_cast<size_t>(layout.groups) * layout.rows;
   const Range local = device.is_wide() ? Range{1, 64} : Range{32, 4};
-  device.kernel("weight_norm", name)
+  weight_norm_kernel(device, name)
       .launch({vectors_in(device, layout.columns), rows}, local, arguments..., layout.groups, layout.rows,
               layout.columns);
 }
@@ -54,10 +74,10 @@ Tensor sum_outputs(const Tensor& v, const Tensor& dw, const Tensor& norm, const 
   const int chunks = (layout.rows + chunk_rows - 1) / chunk_rows;
   const Tensor partial(device, {chunks, layout.outputs()}), sums(device, {layout.outputs()});
   const Range local = device.is_wide() ? Range{1, 1, 1} : Range{32, 1, 1};
-  device.kernel("weight_norm", "output_sums")
+  weight_norm_kernel(device, "output_sums")
       .launch({vectors_in(device, layout.columns), static_cast<size_t>(chunks), static_cast<size_t>(layout.groups)},
               local, v, dw, partial, layout.groups, layout.rows, layout.columns, chunk_rows);
-  device.kernel("weight_norm", "finish_output_sums")
+  weight_norm_kernel(device, "finish_output_sums")
       .launch({static_cast<size_t>(layout.outputs())}, {64}, partial, norm, sums, dgain, chunks, layout.outputs());
   return sums;
 }
@@ -72,18 +92,25 @@ Tensor weight_norm(Tape& tape, const Tensor& v, const Tensor& gain, int groups) 
   }
   Device& device = tape.device();
   const Tensor norm(device, {2}), output(device, v.shape());
-  dot(v, v, "finish_norm", norm);
-  launch_rows("weight_norm", layout, output, v, gain, norm, output);
+  const bool is_small = v.size() <= small_size;
+  if (is_small) {
+    launch_small("weight_norm_small", layout, v, gain, norm, output);
+  } else {
+    dot(v, v, "finish_norm", norm);
+    launch_rows("weight_norm", layout, output, v, gain, norm, output);
+  }
   tape.record("weight_norm", {v, gain}, {output}, [=](Tape& tape) {
     Device& device = tape.device();
-    const Tensor dw = output.gradient(), along(device, {1});
-    const Tensor dgain(device, gain.shape());
-    const Tensor sums = sum_outputs(v, dw, norm, dgain, layout);
-    tape.accumulate(gain, [&](const Tensor& target) { device.copy(dgain.memory(), target.memory(), dgain.bytes()); });
-    tape.accumulate(v, [&](const Tensor& dv) {
+    const Tensor dw = output.gradient(), dv(device, v.shape()), dgain(device, gain.shape());
+    if (is_small) {
+      launch_small("weight_norm_small_backward", layout, v, gain, norm, dw, dv, dgain);
+    } else {
+      const Tensor sums = sum_outputs(v, dw, norm, dgain, layout), along(device, {1});
       dot(gain, sums, "finish_dot", along);
       launch_rows("weight_norm_backward", layout, dv, v, gain, norm, dw, along, dv);
-    });
+    }
+    tape.accumulate(gain, dgain);
+    tape.accumulate(v, dv);
   });
   return output;
 }
