@@ -16,7 +16,7 @@ bool Tape::needs_gradient(const std::vector<Tensor>& inputs) const {
 void Tape::record(const char* operation, const std::vector<Tensor>& inputs, std::vector<Tensor> outputs,
                   std::function<void(Tape&)> backward) {
   if (!needs_gradient(inputs)) return;
-  for (Tensor& output : outputs) output.set_requires_gradient();
+  for (Tensor& output : outputs) output = output.set_requires_gradient().without_values();
   steps_.push_back({operation, device_.stage(), std::move(outputs), std::move(backward)});
 }
 

@@ -61,8 +61,10 @@ std::string to_string(const Shape& shape) {
 
 Tensor::Tensor(Device& device, Shape shape, Element element)
     : shape_(std::move(shape)),
-      storage_(std::make_shared<Storage>(Storage{
-          device, element, device.allocate(element_count(shape_) * element_bytes(device, element)), false, nullptr})) {}
+      device_(&device),
+      element_(element),
+      memory_(device.allocate(element_count(shape_) * element_bytes(device, element))),
+      gradient_(std::make_shared<Gradient>()) {}
 
 Tensor Tensor::zeros(Device& device, Shape shape, Element element) {
   Tensor tensor(device, std::move(shape), element);
@@ -102,6 +104,12 @@ Tensor Tensor::reshaped(Shape shape) const {
   Tensor view = *this;
   view.shape_ = std::move(shape);
   return view;
+}
+
+Tensor Tensor::without_values() const {
+  Tensor rest = *this;
+  rest.memory_.reset();
+  return rest;
 }
 
 template <>
@@ -153,7 +161,7 @@ void Tensor::fill_zero() {
 }
 
 Tensor& Tensor::set_requires_gradient(bool value) {
-  storage_->requires_gradient = value;
+  gradient_->required = value;
   return *this;
 }
 
@@ -161,12 +169,14 @@ Tensor Tensor::gradient() const {
   Tensor result;
   if (!has_gradient()) return result;
   result.shape_ = shape_;
-  result.storage_ = std::make_shared<Storage>(Storage{device(), Element::Real, storage_->gradient, false, nullptr});
+  result.device_ = device_;
+  result.memory_ = gradient_->memory;
+  result.gradient_ = std::make_shared<Gradient>();
   return result;
 }
 
 void Tensor::set_gradient(const Tensor& gradient) {
-  storage_->gradient = gradient.storage_->memory;
+  gradient_->memory = gradient.memory_;
 }
 
 }  // namespace degas

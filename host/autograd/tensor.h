@@ -35,18 +35,20 @@ class Tensor {
   static Tensor from(Device& device, Shape shape, std::span<const int32_t> values);
   static Tensor from(Device& device, Shape shape, std::span<const uint8_t> values);
 
-  bool defined() const { return storage_ != nullptr; }
-  Device& device() const { return storage_->device; }
+  bool defined() const { return device_ != nullptr; }
+  Device& device() const { return *device_; }
   const Shape& shape() const { return shape_; }
   /// Negative axes count from the end.
   int64_t dim(int axis) const { return shape_[axis < 0 ? shape_.size() + axis : axis]; }
   int64_t size() const { return element_count(shape_); }
-  Element element() const { return storage_->element; }
+  Element element() const { return element_; }
   size_t bytes() const;
-  const Memory& memory() const { return *storage_->memory; }
+  const Memory& memory() const { return *memory_; }
 
   /// The same memory and gradient under another shape of the same size.
   Tensor reshaped(Shape shape) const;
+  /// The same gradient, but no memory: what a backward pass keeps of a tensor whose values it does not read.
+  Tensor without_values() const;
 
   /// Waits for the device. Float and double read Real tensors; int32_t reads Int32 and UInt32, and so on.
   template <typename Value>
@@ -59,26 +61,26 @@ class Tensor {
   void fill_zero();
 
   /// Leaves (parameters, refined poses) ask for it themselves; the tape sets it on the outputs of operators.
-  bool requires_gradient() const { return storage_ && storage_->requires_gradient; }
+  bool requires_gradient() const { return gradient_ && gradient_->required; }
   Tensor& set_requires_gradient(bool value = true);
   /// Undefined until a backward pass reaches this tensor.
-  bool has_gradient() const { return storage_ && storage_->gradient; }
+  bool has_gradient() const { return gradient_ && gradient_->memory; }
   Tensor gradient() const;
   /// Whether others hold the gradient's memory too.
-  bool gradient_is_shared() const { return storage_->gradient.use_count() > 1; }
+  bool gradient_is_shared() const { return gradient_->memory.use_count() > 1; }
   void set_gradient(const Tensor& gradient);
-  void clear_gradient() { storage_->gradient.reset(); }
+  void clear_gradient() { gradient_->memory.reset(); }
 
  private:
-  struct Storage {
-    Device& device;
-    Element element;
+  struct Gradient {
+    bool required = false;
     std::shared_ptr<Memory> memory;
-    bool requires_gradient = false;
-    std::shared_ptr<Memory> gradient;
   };
   Shape shape_;
-  std::shared_ptr<Storage> storage_;
+  Device* device_ = nullptr;
+  Element element_ = Element::Real;
+  std::shared_ptr<Memory> memory_;
+  std::shared_ptr<Gradient> gradient_;
 };
 
 }  // namespace degas

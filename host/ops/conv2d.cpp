@@ -55,20 +55,23 @@ Tensor conv2d(Tape& tape, const Tensor& input, const Tensor& weight, const Tenso
   const Tensor output(tape.device(), g.output_shape());
   conv2d_forward(g, input, weight, bias, kind, options.negative_slope, output);
 
-  tape.record("conv2d", {input, weight, bias}, {output}, [=, slope = options.negative_slope](Tape& tape) {
+  const double slope = options.negative_slope;
+  // The activation's gradient takes the output's signs; nothing else of the output is read again.
+  const Tensor kept = slope != 1 ? output : output.without_values();
+  tape.record("conv2d", {input, weight, bias}, {output}, [=, output = kept](Tape& tape) mutable {
+    const bool in_place = !output.gradient_is_shared();
     Tensor gradient = output.gradient();
-    if (slope != 1 && kind == BiasKind::Untied && g.batch == 1 && bias.requires_gradient()) {
-      // The gradient before the activation and that of the bias are one and the same.
-      tape.accumulate(bias, [&](const Tensor& target) {
-        conv2d_backward_activation(gradient, output, slope, target);
-        gradient = target.reshaped(g.output_shape());
-      });
+    if (slope != 1) {
+      const Tensor pre_activation = in_place ? gradient : Tensor(tape.device(), g.output_shape());
+      conv2d_backward_activation(gradient, output, slope, pre_activation);
+      gradient = pre_activation;
+    }
+    // What is through goes back to the pool before the large gradients to come.
+    output.clear_gradient();
+    output = Tensor();
+    if (kind == BiasKind::Untied && g.batch == 1) {
+      tape.accumulate(bias, gradient);  // one and the same
     } else {
-      if (slope != 1) {
-        const Tensor pre_activation(tape.device(), g.output_shape());
-        conv2d_backward_activation(gradient, output, slope, pre_activation);
-        gradient = pre_activation;
-      }
       tape.accumulate(bias, [&](const Tensor& target) { conv2d_backward_bias(g, kind, gradient, target); });
     }
     tape.accumulate(weight, [&](const Tensor& target) { conv2d_backward_weight(g, input, gradient, target); });

@@ -28,10 +28,11 @@ Tensor add(Tape& tape, const Tensor& a, const Tensor& b) {
   require_equal_sizes("add", a, b);
   const Tensor output(tape.device(), a.shape());
   launch("add", output, a, b, output);
-  tape.record("add", {a, b}, {output}, [=](Tape& tape) {
-    tape.accumulate(a, output.gradient());
-    tape.accumulate(b, output.gradient());
-  });
+  tape.record("add", {a, b}, {output},
+              [a = a.without_values(), b = b.without_values(), output = output.without_values()](Tape& tape) {
+                tape.accumulate(a, output.gradient());
+                tape.accumulate(b, output.gradient());
+              });
   return output;
 }
 

@@ -63,6 +63,12 @@ void tile_masked_backward(const Tensor& mask, const Tensor& output_gradient, con
               static_cast<int>(gradient.size()));
 }
 
+/// What of tensors a backward pass keeps that only moves gradients.
+std::vector<Tensor> without_values(std::vector<Tensor> tensors) {
+  for (Tensor& tensor : tensors) tensor = tensor.without_values();
+  return tensors;
+}
+
 }  // namespace
 
 Tensor tile_masked(Tape& tape, const Tensor& values, const Tensor& mask) {
@@ -119,14 +125,16 @@ Tensor concat_channels(Tape& tape, const std::vector<Tensor>& images) {
     copy_channels(image, 0, output, first, channels_of(image));
     first += channels_of(image);
   }
-  tape.record("concat_channels", images, {output}, [=](Tape& tape) {
-    int first = 0;
-    for (const Tensor& image : images) {
-      tape.accumulate(
-          image, [&](const Tensor& target) { copy_channels(output.gradient(), first, target, 0, channels_of(image)); });
-      first += channels_of(image);
-    }
-  });
+  tape.record("concat_channels", images, {output},
+              [images = without_values(images), output = output.without_values()](Tape& tape) {
+                int first = 0;
+                for (const Tensor& image : images) {
+                  tape.accumulate(image, [&](const Tensor& target) {
+                    copy_channels(output.gradient(), first, target, 0, channels_of(image));
+                  });
+                  first += channels_of(image);
+                }
+              });
   return output;
 }
 
@@ -142,15 +150,16 @@ std::vector<Tensor> split_channels(Tape& tape, const Tensor& image, const std::v
     copy_channels(image, first, parts.back(), 0, count);
     first += count;
   }
-  tape.record("split_channels", {image}, parts, [=](Tape& tape) {
-    tape.accumulate(image, [&](const Tensor& target) {
-      int first = 0;
-      for (const Tensor& part : parts) {
-        copy_channels(tape.gradient_or_zeros(part), 0, target, first, channels_of(part));
-        first += channels_of(part);
-      }
-    });
-  });
+  tape.record("split_channels", {image}, parts,
+              [image = image.without_values(), parts = without_values(parts)](Tape& tape) {
+                tape.accumulate(image, [&](const Tensor& target) {
+                  int first = 0;
+                  for (const Tensor& part : parts) {
+                    copy_channels(tape.gradient_or_zeros(part), 0, target, first, channels_of(part));
+                    first += channels_of(part);
+                  }
+                });
+              });
   return parts;
 }
 
@@ -158,11 +167,12 @@ Tensor repeat_channels(Tape& tape, const Tensor& image, int times) {
   const int channels = channels_of(image);
   const Tensor output(tape.device(), with_channels(image.shape(), int64_t{channels} * times));
   launch_pixels("repeat_channels", output, image, output, channels, times);
-  tape.record("repeat_channels", {image}, {output}, [=](Tape& tape) {
-    tape.accumulate(image, [&](const Tensor& gradient) {
-      launch_pixels("repeat_channels_backward", gradient, output.gradient(), gradient, channels, times);
-    });
-  });
+  tape.record("repeat_channels", {image}, {output},
+              [=, image = image.without_values(), output = output.without_values()](Tape& tape) {
+                tape.accumulate(image, [&](const Tensor& gradient) {
+                  launch_pixels("repeat_channels_backward", gradient, output.gradient(), gradient, channels, times);
+                });
+              });
   return output;
 }
 

@@ -35,11 +35,12 @@ Tensor upsample(Tape& tape, const Tensor& input) {
   const int64_t height = input.dim(1), width = input.dim(2);
   const Tensor output(tape.device(), {input.dim(0), 2 * height, 2 * width, input.dim(3)});
   launch("upsample_forward", input, output, height, width);
-  tape.record("upsample", {input}, {output}, [=](Tape& tape) {
-    tape.accumulate(input, [&](const Tensor& gradient) {
-      launch("upsample_backward", output.gradient(), gradient, height, width);
-    });
-  });
+  tape.record("upsample", {input}, {output},
+              [=, input = input.without_values(), output = output.without_values()](Tape& tape) {
+                tape.accumulate(input, [&](const Tensor& gradient) {
+                  launch("upsample_backward", output.gradient(), gradient, height, width);
+                });
+              });
   return output;
 }
 
