@@ -1,23 +1,46 @@
 // Adam over many parameter arrays with one global gradient norm, never waiting for the host.
-//   1. square_sums, once a parameter that has a gradient: squared norms of blocks into `partial`, marks it present.
+//   1. square_sums, once a batch of parameters that have a gradient: squared norms of blocks into `partial`, marks them
+//      present.
 //   2. decide, once: the norm over all of them; whether the step is applied; clip factor; per-parameter bias correction.
-//   3. update, once a parameter of 1.: moments and value, or nothing when the step is skipped.
+//   3. update, once a batch of 1.: moments and values, or nothing when the step is skipped.
+// A batch is up to BATCH parameters in one launch: most are so small that launches would cost more than the work.
 // state: REAL[2] = norm, factor on the gradients (0 when skipped).
 // counters: int[3] = steps applied, steps skipped, steps skipped in a row up to now.
 // applied, present: int per parameter. bias: REAL[2] per parameter = 1 - beta1^t, sqrt(1 - beta2^t), t = steps in which
 // the parameter itself was updated.
-// -D BLOCK: gradient elements per slot of `partial`, a multiple of GROUP * V. -D GROUP: items of a work-group, a power of
-// two; 1 when WIDE.
-// Launch: square_sums one group per block; decide one group; update one item per V elements, local size free.
+// -D BLOCK: elements of a work-group and of a slot of `partial`, a multiple of GROUP * V. -D GROUP: items of a
+// work-group, a power of two; 1 when WIDE.
+// Launch: square_sums and update one group per block, the batch's parameters one after the other; decide one group.
 // Deterministic: every sum has an order fixed by the sizes.
 #include "common/real.cl"
 #include "common/group_sum.cl"
 
-// partial[first_slot + b] = sum of squares of gradient[b * BLOCK .. (b + 1) * BLOCK)
-kernel void square_sums(global const REAL* gradient, global REAL* partial, global int* present, local REAL* scratch,
-                        const int first_slot, const int parameter, const long count) {
-  const long begin = (long)get_group_id(0) * BLOCK;
-  const long end = min(begin + BLOCK, count);
+#define BATCH 8
+typedef struct {
+  long counts[BATCH];     // elements of each parameter
+  int parameters[BATCH];  // its number
+  int ends[BATCH];        // blocks of it and those before; the last one's where there are fewer parameters
+} Batch;
+
+#define EACH(WHAT) WHAT(0) WHAT(1) WHAT(2) WHAT(3) WHAT(4) WHAT(5) WHAT(6) WHAT(7)
+#define IS_OF(k) (block >= ((k) == 0 ? 0 : batch.ends[max((k)-1, 0)]))
+
+// partial[first_slot + b] = sum of squares of the batch's block b
+#define GRADIENT(k) global const REAL *gradient##k,
+kernel void square_sums(EACH(GRADIENT) global REAL* partial, global int* present, local REAL* scratch,
+                        const int first_slot, const Batch batch) {
+  const int block = get_group_id(0);
+  global const REAL* gradient = gradient0;
+  int which = 0;
+#define CHOOSE(k)           \
+  if (IS_OF(k)) {           \
+    which = k;              \
+    gradient = gradient##k; \
+  }
+  EACH(CHOOSE)
+#undef CHOOSE
+  const long begin = (block - (which > 0 ? batch.ends[which - 1] : 0)) * (long)BLOCK;
+  const long end = min(begin + BLOCK, batch.counts[which]);
   REALV sums = 0;
   long i = begin + get_local_id(0) * V;
   for (; i + V <= end; i += GROUP * V) {
@@ -29,8 +52,8 @@ kernel void square_sums(global const REAL* gradient, global REAL* partial, globa
   for (; i < end; ++i) total += gradient[i] * gradient[i];
   total = sum_of_group(total, scratch);
   if (get_local_id(0) == 0) {
-    partial[first_slot + get_group_id(0)] = total;
-    if (begin == 0) present[parameter] = 1;
+    partial[first_slot + block] = total;
+    if (begin == 0) present[batch.parameters[which]] = 1;
   }
 }
 
@@ -67,17 +90,37 @@ kernel void decide(global const REAL* partial, global int* present, global int* 
   }
 }
 
-kernel void update(global REAL* value, global const REAL* gradient, global REAL* first_moment, global REAL* second_moment,
-                   global const REAL* bias, global const REAL* state, const int parameter, const REAL learning_rate,
-                   const REAL beta1, const REAL beta2, const REAL epsilon, const long count) {
-  const long i = get_global_id(0);
+#define ARRAYS(k) global REAL *value##k, global const REAL *gradient##k, global REAL *first##k, global REAL *second##k,
+kernel void update(EACH(ARRAYS) global const REAL* bias, global const REAL* state, const REAL learning_rate,
+                   const REAL beta1, const REAL beta2, const REAL epsilon, const Batch batch) {
+  const int block = get_group_id(0);
   const REAL factor = state[1];
-  if (i * V >= count || factor == 0) return;
-  const REALV g = factor * LOAD_VECTOR(i, gradient);
-  const REALV m = beta1 * LOAD_VECTOR(i, first_moment) + (1 - beta1) * g;
-  const REALV v = beta2 * LOAD_VECTOR(i, second_moment) + (1 - beta2) * g * g;
-  STORE_VECTOR(m, i, first_moment);
-  STORE_VECTOR(v, i, second_moment);
-  const REALV denominator = sqrt(v) / bias[2 * parameter + 1] + epsilon;
-  STORE_VECTOR(LOAD_VECTOR(i, value) - learning_rate / bias[2 * parameter] * m / denominator, i, value);
+  if (factor == 0) return;
+  global REAL *value = value0, *first_moment = first0, *second_moment = second0;
+  global const REAL* gradient = gradient0;
+  int which = 0;
+#define CHOOSE(k)             \
+  if (IS_OF(k)) {             \
+    which = k;                \
+    value = value##k;         \
+    gradient = gradient##k;   \
+    first_moment = first##k;  \
+    second_moment = second##k; \
+  }
+  EACH(CHOOSE)
+#undef CHOOSE
+  const long begin = (block - (which > 0 ? batch.ends[which - 1] : 0)) * (long)BLOCK;
+  const long end = min(begin + BLOCK, batch.counts[which]);
+  global const REAL* correction = bias + 2 * batch.parameters[which];
+  const REAL rate = learning_rate / correction[0], second_correction = correction[1];
+  // The last vector may run past the end, within the padding of the arrays.
+  for (long i = begin + get_local_id(0) * V; i < end; i += GROUP * V) {
+    const REALV g = factor * LOAD_VECTOR(0, gradient + i);
+    const REALV m = beta1 * LOAD_VECTOR(0, first_moment + i) + (1 - beta1) * g;
+    const REALV v = beta2 * LOAD_VECTOR(0, second_moment + i) + (1 - beta2) * g * g;
+    STORE_VECTOR(m, 0, first_moment + i);
+    STORE_VECTOR(v, 0, second_moment + i);
+    const REALV denominator = sqrt(v) / second_correction + epsilon;
+    STORE_VECTOR(LOAD_VECTOR(0, value + i) - rate * m / denominator, 0, value + i);
+  }
 }

@@ -5,11 +5,21 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 namespace degas {
 namespace {
 
 constexpr int64_t block = 4096;
+// Parameters of a launch, as in kernels/adam.cl, and their blocks unless it is one large one.
+constexpr size_t batch_size = 8;
+constexpr int most_blocks = 16;
+
+/// The kernels' Batch.
+struct BatchArgument {
+  int64_t counts[batch_size];
+  int32_t parameters[batch_size], ends[batch_size];
+};
 
 int group_size(const Device& device) {
   return device.is_wide() ? 1 : 256;
@@ -53,37 +63,75 @@ void Adam::allocate() {
   counters_ = Tensor::zeros(device_, {3}, Element::Int32);
 }
 
+/// `arrays` gives a parameter's tensors; the batch is the kernel's last argument.
+template <typename Arrays, typename... Arguments>
+void Adam::launch_batch(const Kernel& kernel, const Batch& batch, const Arrays& arrays,
+                        const Arguments&... arguments) const {
+  BatchArgument argument{};
+  decltype(arrays(parameters_.front())) tensors[batch_size];  // undefined past the last: null pointers
+  for (size_t k = 0, end = 0; k < batch_size; ++k) {
+    if (k < batch.members.size()) {
+      const Parameter& parameter = parameters_[batch.members[k]];
+      tensors[k] = arrays(parameter);
+      argument.counts[k] = parameter.value.size();
+      argument.parameters[k] = static_cast<int32_t>(batch.members[k]);
+      end += slots_of(parameter.value);
+    }
+    argument.ends[k] = static_cast<int32_t>(end);
+  }
+  const size_t group = group_size(device_);
+  std::apply(
+      [&](const auto&... tensor) {
+        kernel.launch({static_cast<size_t>(batch.blocks) * group}, {group}, tensor..., arguments..., argument);
+      },
+      std::tuple_cat(tensors[0], tensors[1], tensors[2], tensors[3], tensors[4], tensors[5], tensors[6], tensors[7]));
+}
+
+std::vector<Adam::Batch> Adam::make_batches() const {
+  std::vector<Batch> batches;
+  for (size_t i = 0; i < parameters_.size(); ++i) {
+    const Parameter& parameter = parameters_[i];
+    if (!parameter.value.has_gradient()) continue;
+    const auto blocks = static_cast<int>(slots_of(parameter.value));
+    if (batches.empty() || batches.back().members.size() == batch_size ||
+        batches.back().blocks + blocks > most_blocks || batches.back().group != parameter.group) {
+      batches.push_back({parameter.group, 0, {}});
+    }
+    batches.back().members.push_back(i);
+    batches.back().blocks += blocks;
+  }
+  return batches;
+}
+
 void Adam::step(const std::vector<double>& learning_rates) {
   if (parameters_.empty()) return;
   started_ = true;
-  const size_t group = group_size(device_);
-  const LocalMemory scratch{group * device_.real_bytes()};
-  int slots = 0;
-  for (size_t i = 0; i < parameters_.size(); ++i) {
-    const Parameter& parameter = parameters_[i];
+  for (const Parameter& parameter : parameters_) {
     if (parameter.group < 0 || parameter.group >= static_cast<int>(learning_rates.size())) {
       throw std::logic_error(
           fmt::format("[adam] no learning rate for group {} of '{}'", parameter.group, parameter.name));
     }
-    if (!parameter.value.has_gradient()) continue;
-    const size_t blocks = slots_of(parameter.value);
-    adam_kernel(device_, "square_sums")
-        .launch({blocks * group}, {group}, parameter.value.gradient(), partial_, present_, scratch, slots,
-                static_cast<int>(i), parameter.value.size());
-    slots += static_cast<int>(blocks);
+  }
+  const size_t group = group_size(device_);
+  const LocalMemory scratch{group * device_.real_bytes()};
+  const std::vector<Batch> batches = make_batches();
+  const Kernel square_sums = adam_kernel(device_, "square_sums"), update = adam_kernel(device_, "update");
+  int slots = 0;
+  for (const Batch& batch : batches) {
+    launch_batch(
+        square_sums, batch, [](const Parameter& p) { return std::tuple(p.value.gradient()); }, partial_, present_,
+        scratch, slots);
+    slots += batch.blocks;
   }
   adam_kernel(device_, "decide")
       .launch({group}, {group}, partial_, present_, applied_, bias_, state_, counters_, scratch, slots,
               static_cast<int>(parameters_.size()), options_.clip_above, options_.clip_to, std::log(options_.beta1),
               std::log(options_.beta2));
-  const Kernel update = adam_kernel(device_, "update");
-  for (size_t i = 0; i < parameters_.size(); ++i) {
-    const Parameter& parameter = parameters_[i];
-    if (!parameter.value.has_gradient()) continue;
-    update.launch(device_.pointwise_global(parameter.value.size()), device_.pointwise_local(), parameter.value,
-                  parameter.value.gradient(), parameter.first_moment, parameter.second_moment, bias_, state_,
-                  static_cast<int>(i), learning_rates[parameter.group], options_.beta1, options_.beta2,
-                  options_.epsilon, parameter.value.size());
+  for (const Batch& batch : batches) {
+    launch_batch(
+        update, batch,
+        [](const Parameter& p) { return std::tuple(p.value, p.value.gradient(), p.first_moment, p.second_moment); },
+        bias_, state_, learning_rates[batch.group], options_.beta1, options_.beta2, options_.epsilon);
   }
   clear_gradients();
 }

@@ -55,7 +55,18 @@ class Adam {
   void restore(const Progress& progress);
 
  private:
+  /// Parameters of one group that a launch takes together.
+  struct Batch {
+    int group;
+    int blocks;
+    std::vector<size_t> members;
+  };
   void allocate();
+  /// Of those that have a gradient, in their order.
+  std::vector<Batch> make_batches() const;
+  template <typename Arrays, typename... Arguments>
+  void launch_batch(const Kernel& kernel, const Batch& batch, const Arrays& arrays,
+                    const Arguments&... arguments) const;
 
   Device& device_;
   AdamOptions options_;
