@@ -44,7 +44,7 @@ struct Subject {
     for (int j = 0; j < joints; ++j) tree.push_back(j == 0 ? -1 : j % 4 == 3 ? j / 4 : j - 1);
     const int64_t count = texels.size();
     maps = {numbers(device, {1, side, side, 3}), numbers(device, {1, side, side, 7}),
-            numbers(device, {1, side, side, 4})};
+            numbers(device, {1, side, side, 4}), {}};
     base = {Tensor::from(device, {count}, std::span<const int32_t>(texels)), numbers(device, {count, 3}),
             numbers(device, {count, 4}), numbers(device, {count, 3})};
     skinning = {Tensor::from(device, {count, influences}, std::span<const int32_t>(indices)),

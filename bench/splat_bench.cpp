@@ -36,7 +36,7 @@ struct Scene {
       return Tensor::from(device, std::move(shape), std::span<const float>(values)).set_requires_gradient();
     };
     return {tensor(positions, {count, 3}), tensor(rotations, {count, 4}), tensor(sized, {count, 3}),
-            tensor(opacities, {count}), tensor(colors, {count, 3})};
+            tensor(opacities, {count}), tensor(colors, {count, 3}), {}};
   }
 };
 
@@ -111,7 +111,7 @@ void measure_scene(Device& device, const Arguments& arguments, Report& report, c
                                           scene.background, options);
   const auto empty_like = [&](const Tensor& field) { return Tensor(device, field.shape()); };
   const Splats gradients{empty_like(splats.positions), empty_like(splats.rotations), empty_like(splats.log_scales),
-                         empty_like(splats.opacities), empty_like(splats.colors)};
+                         empty_like(splats.opacities), empty_like(splats.colors), {}};
 
   double total = 0;
   const auto time = [&](const char* stage, bool counted, const std::function<void()>& work, double peer = 0) {

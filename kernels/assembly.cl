@@ -1,6 +1,6 @@
 // Gaussians from the decoder's maps at the covered texels, and the way back.
 // Shapes: maps NHWC with R x R texels: position_map C = 3, rotation_map C = 7 (quaternion w x y z, then log-scale),
-// color_map C = 4 (colour, then opacity logit). texels Int32 (N), each texel at most once; all others (N,C).
+// color_map C = 4 (colour, then opacity logit), harmonics map C = channels. texels Int32 (N), each texel at most once; all others (N,C).
 // Launch: one item per Gaussian, local size free. The backward kernels write the covered texels of gradient maps that
 // the host has filled with zeros. Deterministic: no element is written twice.
 #include "common/real.cl"
@@ -8,6 +8,8 @@
 
 // Zeroth spherical harmonic, 1 / (2 sqrt(pi)), as far as the method gives it.
 #define COLOR_SCALE ((REAL)0.2821)
+// Slower to learn than the colour, so that it stays what all cameras share.
+#define HARMONIC_SCALE ((REAL)0.1)
 
 #define GAUSSIAN_OR_RETURN          \
   const int i = get_global_id(0);   \
@@ -78,4 +80,16 @@ kernel void assemble_colors_backward(global const REAL* d_colors, global const R
                   color.z > 0 ? COLOR_SCALE * d.z : 0,
                   opacity * (1 - opacity) * d_opacities[i] + d_opacity_logits[i]),
           texel, d_color_map);
+}
+
+kernel void gather_harmonics(global const REAL* map, global const int* texels, global REAL* harmonics,
+                             const int channels, const int count) {
+  GAUSSIAN_OR_RETURN;
+  for (int c = 0; c < channels; ++c) harmonics[(long)i * channels + c] = HARMONIC_SCALE * map[texel * channels + c];
+}
+
+kernel void gather_harmonics_backward(global const REAL* d_harmonics, global const int* texels, global REAL* d_map,
+                                      const int channels, const int count) {
+  GAUSSIAN_OR_RETURN;
+  for (int c = 0; c < channels; ++c) d_map[texel * channels + c] = HARMONIC_SCALE * d_harmonics[(long)i * channels + c];
 }

@@ -40,6 +40,8 @@ struct NetConfig {
   bool use_world_normals = false;  ///< also the surface's normals in the world: shading under the studio's fixed
                                    ///< lights, which the paper's signals, free of the global rotation, cannot tell
   bool static_maps = false;  ///< all of them off: one set of maps for every pose and face, the mesh-bound baseline
+  int color_degree = 0;      ///< of the spherical harmonics that make a colour depend on the direction it is seen from
+                             ///< (sheen on hair, skin and cloth), 0 .. 3; 0, the paper's: the same from everywhere
   JointMasks joint_masks = JointMasks::Joint;  ///< joint | modulo | none
   bool untied_bias = true;                     ///< one bias per texel and channel rather than per channel
   int untied_bias_max_resolution = 1 << 20;    ///< layers with a larger side have tied biases (saves memory)

@@ -57,6 +57,7 @@ void visit_fields(NetConfig& config, Visitor& visit) {
   FIELD(use_face_code);
   FIELD(use_world_normals);
   FIELD(static_maps);
+  FIELD(color_degree);
   FIELD(joint_masks);
   FIELD(untied_bias);
   FIELD(untied_bias_max_resolution);

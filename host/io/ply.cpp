@@ -1,9 +1,10 @@
 #include "host/io/ply.h"
 
-#include <array>
+#include <algorithm>
 #include <cstring>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "host/error.h"
 #include "host/io/file_bytes.h"
@@ -11,29 +12,32 @@
 namespace degas {
 namespace {
 
-/// The properties in file order, and where each comes from: member, components a splat, component. Null: zero.
+/// A property of the file, and where it comes from: member, components a splat, component. Null: zero.
 struct Property {
-  const char* name;
+  std::string name;
   std::vector<float> PlySplats::*values;
   size_t components, component;
 };
-constexpr std::array<Property, 17> properties = {{{"x", &PlySplats::positions, 3, 0},
-                                                  {"y", &PlySplats::positions, 3, 1},
-                                                  {"z", &PlySplats::positions, 3, 2},
-                                                  {"nx", nullptr, 0, 0},
-                                                  {"ny", nullptr, 0, 0},
-                                                  {"nz", nullptr, 0, 0},
-                                                  {"f_dc_0", &PlySplats::color_dc, 3, 0},
-                                                  {"f_dc_1", &PlySplats::color_dc, 3, 1},
-                                                  {"f_dc_2", &PlySplats::color_dc, 3, 2},
-                                                  {"opacity", &PlySplats::opacity_logits, 1, 0},
-                                                  {"scale_0", &PlySplats::log_scales, 3, 0},
-                                                  {"scale_1", &PlySplats::log_scales, 3, 1},
-                                                  {"scale_2", &PlySplats::log_scales, 3, 2},
-                                                  {"rot_0", &PlySplats::rotations, 4, 0},
-                                                  {"rot_1", &PlySplats::rotations, 4, 1},
-                                                  {"rot_2", &PlySplats::rotations, 4, 2},
-                                                  {"rot_3", &PlySplats::rotations, 4, 3}}};
+
+/// In file order; coefficients: K of the harmonics, which the file has colour by colour.
+std::vector<Property> properties_of(size_t coefficients) {
+  std::vector<Property> properties;
+  const auto add = [&](const char* name, std::vector<float> PlySplats::*values, size_t count) {
+    for (size_t c = 0; c < count; ++c) properties.push_back({fmt::format("{}{}", name, c), values, count, c});
+  };
+  const char* axes[] = {"x", "y", "z"};
+  for (size_t c = 0; c < 3; ++c) properties.push_back({axes[c], &PlySplats::positions, 3, c});
+  for (const char* normal : {"nx", "ny", "nz"}) properties.push_back({normal, nullptr, 0, 0});
+  add("f_dc_", &PlySplats::color_dc, 3);
+  for (size_t i = 0; i < 3 * coefficients; ++i) {
+    const size_t component = i % coefficients * 3 + i / coefficients;
+    properties.push_back({fmt::format("f_rest_{}", i), &PlySplats::harmonics, 3 * coefficients, component});
+  }
+  properties.push_back({"opacity", &PlySplats::opacity_logits, 1, 0});
+  add("scale_", &PlySplats::log_scales, 3);
+  add("rot_", &PlySplats::rotations, 4);
+  return properties;
+}
 
 struct Header {
   size_t vertices = 0, bytes = 0;  ///< bytes: of the header itself
@@ -75,6 +79,7 @@ Header parse_header(const std::vector<std::byte>& file, const std::string& label
 
 void write_ply(const std::filesystem::path& path, const PlySplats& splats) {
   const size_t count = splats.opacity_logits.size();
+  const std::vector<Property> properties = properties_of(count == 0 ? 0 : splats.harmonics.size() / (3 * count));
   std::string header = fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", count);
   for (const Property& property : properties) {
     header += fmt::format("property float {}\n", property.name);
@@ -106,7 +111,12 @@ PlySplats read_ply(const std::filesystem::path& path) {
                         path.string(), header.vertices, row, room);
   }
   PlySplats splats;
-  for (const Property& property : properties) {
+  const auto rest = std::count_if(header.names.begin(), header.names.end(),
+                                  [](const std::string& name) { return name.starts_with("f_rest_"); });
+  if (rest != 0 && rest != 9 && rest != 24 && rest != 45) {
+    throw Error::format("{}: has {} properties 'f_rest_*', which are harmonics of no degree up to 3", path.string(), rest);
+  }
+  for (const Property& property : properties_of(static_cast<size_t>(rest) / 3)) {
     if (!property.values) continue;
     size_t column = 0;
     while (column < header.names.size() && header.names[column] != property.name) ++column;

@@ -19,6 +19,21 @@ void require(const Tensor& tensor, int64_t rows, int64_t columns, const char* na
   }
 }
 
+/// (N,K,3) of a map of 3 K channels at the covered texels.
+Tensor gather_harmonics(Tape& tape, const Tensor& map, const Tensor& texels) {
+  const int count = static_cast<int>(texels.size()), channels = static_cast<int>(map.dim(-1));
+  const Tensor harmonics(tape.device(), {count, channels / 3, 3});
+  launch(tape.device(), "gather_harmonics", count, map, texels, harmonics, channels);
+  tape.record("gather_harmonics", {map}, {harmonics}, [=](Tape& tape) {
+    tape.accumulate(map, [&](Tensor gradient) {
+      gradient.fill_zero();
+      launch(tape.device(), "gather_harmonics_backward", count, tape.gradient_or_zeros(harmonics), texels, gradient,
+             channels);
+    });
+  });
+  return harmonics;
+}
+
 }  // namespace
 
 CanonicalGaussians assemble(Tape& tape, const AssemblyMaps& maps, const GaussianBase& base,
@@ -33,9 +48,9 @@ CanonicalGaussians assemble(Tape& tape, const AssemblyMaps& maps, const Gaussian
   require(base.log_scales, count, 3, "base log-scales");
 
   Device& device = tape.device();
-  const CanonicalGaussians output{Tensor(device, {count, 3}), Tensor(device, {count, 4}), Tensor(device, {count, 3}),
+  CanonicalGaussians output{Tensor(device, {count, 3}), Tensor(device, {count, 4}), Tensor(device, {count, 3}),
                                   Tensor(device, {count}),    Tensor(device, {count, 3}), Tensor(device, {count, 3}),
-                                  Tensor(device, {count})};
+                                  Tensor(device, {count}),    {}};
   launch(device, "assemble_forward", count, maps.positions, maps.rotations_scales, maps.colors_opacities, base.texels,
          base.positions, base.rotations, base.log_scales, output.positions, output.rotations, output.log_scales,
          output.opacities, output.colors, output.offsets, output.opacity_logits, options.offset_scale,
@@ -63,6 +78,10 @@ CanonicalGaussians assemble(Tape& tape, const AssemblyMaps& maps, const Gaussian
                          output.colors, output.opacities, base.texels, gradient);
                 });
               });
+  if (maps.harmonics.defined()) {
+    require(maps.harmonics, texels, maps.harmonics.dim(-1), "the harmonics map");
+    output.harmonics = gather_harmonics(tape, maps.harmonics, base.texels);
+  }
   return output;
 }
 

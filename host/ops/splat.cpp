@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "host/ops/harmonics.h"
 #include "host/ops/intersection.h"
 #include "host/ops/projection.h"
 #include "host/ops/raster.h"
@@ -43,9 +44,14 @@ int64_t SplatWorkspace::reserve(int64_t intersections) {
   return capacity_;
 }
 
-SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& splats, const Camera& camera,
+SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& given, const Camera& camera,
                  const std::array<double, 3>& background, const SplatOptions& options) {
-  require_fitting(splats, camera);
+  require_fitting(given, camera);
+  Splats splats = given;
+  if (given.harmonics.defined()) {
+    splats.colors = colors_seen_from(tape, camera.center(), given.positions, given.rotations, given.colors,
+                                     given.harmonics);
+  }
   const ProjectedSplats projected = project_splats(splats, camera, options);
   const Intersections intersections = intersect_tiles(workspace, projected, camera);
   const RasterImage image = rasterize(projected, intersections, camera, background, options);
@@ -56,7 +62,7 @@ SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& splats, co
                                        tape.gradient_or_zeros(image.alpha), camera, background, options);
                 const Splats gradients{wanted_gradient(splats.positions), wanted_gradient(splats.rotations),
                                        wanted_gradient(splats.log_scales), wanted_gradient(splats.opacities),
-                                       wanted_gradient(splats.colors)};
+                                       wanted_gradient(splats.colors), {}};
                 project_splats_backward(splats, intersections, slots, camera, options, gradients);
                 tape.accumulate(splats.positions, gradients.positions);
                 tape.accumulate(splats.rotations, gradients.rotations);

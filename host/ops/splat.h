@@ -19,6 +19,7 @@ struct Splats {
   Tensor log_scales;  ///< (N,3) ln of the standard deviations in metres
   Tensor opacities;   ///< (N) 0..1
   Tensor colors;      ///< (N,3)
+  Tensor harmonics;   ///< (N,K,3) of colors_seen_from, or undefined: the same colour from everywhere
 };
 
 struct SplatOptions {

@@ -1,6 +1,4 @@
 // Rotations as quaternions (w, x, y, z), kept in a REAL4 whose component .x holds w. Needs common/real.cl before it.
-#define REAL3 JOIN(REAL, 3)
-#define REAL4 JOIN(REAL, 4)
 #define REAL16 JOIN(REAL, 16)
 
 // The rotation b followed by a.

@@ -17,3 +17,5 @@
 #define LOAD_VECTOR(index, pointer) JOIN(vload, V)(index, pointer)
 #define STORE_VECTOR(value, index, pointer) JOIN(vstore, V)(value, index, pointer)
 #endif
+#define REAL3 JOIN(REAL, 3)
+#define REAL4 JOIN(REAL, 4)

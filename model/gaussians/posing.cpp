@@ -42,7 +42,7 @@ Splats pose_gaussians(Tape& tape, const CanonicalGaussians& gaussians, const Ski
       kinematics(tape, pose.axis_angles, pose.translation, skeleton.rest_joints, skeleton.parents);
   return {skin_positions(tape, gaussians.positions, skinning, transforms),
           skin_rotations(tape, gaussians.rotations, skinning, transforms), gaussians.log_scales, gaussians.opacities,
-          gaussians.colors};
+          gaussians.colors, gaussians.harmonics};
 }
 
 }  // namespace degas

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "host/ops/harmonics.h"
 #include "host/ops/region.h"
 
 namespace degas {
@@ -25,6 +26,7 @@ MapDecoder::MapDecoder(const BlockContext& context, int feature_channels) : grou
   add_head("head.position", 3);
   add_head("head.rotation_scale", 7);
   add_head("head.color_opacity", 4);
+  if (config.color_degree > 0) add_head("head.color_harmonics", 3 * harmonic_coefficients(config.color_degree));
 }
 
 HeadMaps MapDecoder::operator()(Tape& tape, const Tensor& joint_feature, std::vector<Tensor>* levels) const {
@@ -34,7 +36,9 @@ HeadMaps MapDecoder::operator()(Tape& tape, const Tensor& joint_feature, std::ve
     if (levels) levels->push_back(map);
   }
   const std::vector<Tensor> parts = split_channels(tape, map, {group_channels_, group_channels_, group_channels_});
-  return {heads_[0](tape, parts[0]), heads_[1](tape, parts[1]), heads_[2](tape, parts[2]), {}};
+  HeadMaps maps{heads_[0](tape, parts[0]), heads_[1](tape, parts[1]), heads_[2](tape, parts[2]), {}, {}};
+  if (heads_.size() > groups) maps.color_harmonics = heads_[3](tape, parts[2]);
+  return maps;
 }
 
 }  // namespace degas

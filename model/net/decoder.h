@@ -11,6 +11,7 @@ struct HeadMaps {
   Tensor position_offsets;  ///< (1, R, R, 3) d_mu
   Tensor rotation_scale;    ///< (1, R, R, 7): d_q (w, x, y, z), then d_s
   Tensor color_opacity;     ///< (1, R, R, 4): colour, then the opacity's logit
+  Tensor color_harmonics;   ///< (1, R, R, 3 K), coefficient by coefficient; only where net.color_degree is above 0
   Tensor divergence;        ///< (1): mean divergence of z from a unit Gaussian; only where net.kl_weight asks for it
 };
 

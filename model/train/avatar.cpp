@@ -58,7 +58,7 @@ Avatar::Signal Avatar::upload(const DrivingSignal& signal) const {
 
 Avatar::Decoded Avatar::decode(Tape& tape, const Signal& signal, std::optional<uint64_t> noise_seed) const {
   const HeadMaps maps = network_.decode(tape, signal.network, noise_seed);
-  return {assemble(tape, {maps.position_offsets, maps.rotation_scale, maps.color_opacity}, base_,
+  return {assemble(tape, {maps.position_offsets, maps.rotation_scale, maps.color_opacity, maps.color_harmonics}, base_,
                    {config_.gaussians.offset_scale, config_.gaussians.rotation_scale}),
           maps.divergence};
 }

@@ -5,15 +5,17 @@
 
 #include "host/io/exr.h"
 #include "host/io/ply.h"
+#include "model/gaussians/world_harmonics.h"
 
 namespace degas {
 namespace {
 
 constexpr float harmonic = 0.28209479177387814f;  // of degree 0: 3DGS stores colour as (colour - 0.5) / harmonic
 
-PlySplats ply_splats(const Splats& splats) {
-  PlySplats ply{splats.positions.to_host<float>(), splats.colors.to_host<float>(), splats.opacities.to_host<float>(),
-                splats.log_scales.to_host<float>(), splats.rotations.to_host<float>()};
+PlySplats ply_splats(Tape& tape, const Splats& splats) {
+  PlySplats ply{splats.positions.to_host<float>(), splats.colors.to_host<float>(),
+                splats.harmonics.defined() ? world_harmonics(tape, splats) : std::vector<float>(),
+                splats.opacities.to_host<float>(), splats.log_scales.to_host<float>(), splats.rotations.to_host<float>()};
   for (float& color : ply.color_dc) color = (color - 0.5f) / harmonic;
   for (float& opacity : ply.opacity_logits) {
     const float inside = std::clamp(opacity, 1e-6f, 1 - 1e-6f);  // the logit of 0 and 1 is infinite
@@ -41,6 +43,13 @@ ExrImage gaussian_maps(const CanonicalGaussians& gaussians, const Avatar& avatar
   add_channels(image, texels, gaussians.log_scales.to_host<float>(), {"log_scale.x", "log_scale.y", "log_scale.z"});
   add_channels(image, texels, gaussians.opacities.to_host<float>(), {"opacity"});
   add_channels(image, texels, gaussians.colors.to_host<float>(), {"color.r", "color.g", "color.b"});
+  if (gaussians.harmonics.defined()) {
+    std::vector<std::string> names;
+    for (int64_t j = 0; j < gaussians.harmonics.dim(1); ++j) {
+      for (const char* color : {"r", "g", "b"}) names.push_back(fmt::format("harmonics.{:02}.{}", j, color));
+    }
+    add_channels(image, texels, gaussians.harmonics.to_host<float>(), names);
+  }
   add_channels(image, texels, std::vector<float>(texels.size(), 1.0f), {"covered"});
   return image;
 }
@@ -54,7 +63,7 @@ void export_frame(Device& device, TrainedAvatar& avatar, const Capture& capture,
   const Avatar::Signal signal = avatar.avatar().upload(avatar.avatar().signal(capture, frame, codes.mean(frame)));
   const CanonicalGaussians gaussians = avatar.avatar().decode(tape, signal).gaussians;
   if (ply.has_parent_path()) std::filesystem::create_directories(ply.parent_path());
-  write_ply(ply, ply_splats(avatar.pose(tape, gaussians, signal, capture, frame)));
+  write_ply(ply, ply_splats(tape, avatar.pose(tape, gaussians, signal, capture, frame)));
   std::filesystem::path maps = ply;
   write_exr(maps.replace_extension(".exr"), gaussian_maps(gaussians, avatar.avatar()));
 }

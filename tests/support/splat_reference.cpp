@@ -54,7 +54,7 @@ Splats SplatScene::upload(Device& device) const {
   };
   const int64_t n = count();
   return {tensor(positions, {n, 3}), tensor(rotations, {n, 4}), tensor(log_scales, {n, 3}), tensor(opacities, {n}),
-          tensor(colors, {n, 3})};
+          tensor(colors, {n, 3}), {}};
 }
 
 void SplatScene::add(std::array<double, 3> position, std::array<double, 4> rotation, std::array<double, 3> log_scale,

@@ -18,8 +18,9 @@ std::vector<float> floats(size_t count, unsigned seed) {
   return {values.begin(), values.end()};
 }
 
-PlySplats some_splats(size_t count) {
-  return {floats(3 * count, 1), floats(3 * count, 2), floats(count, 3), floats(3 * count, 4), floats(4 * count, 5)};
+PlySplats some_splats(size_t count, size_t coefficients = 0) {
+  return {floats(3 * count, 1), floats(3 * count, 2), floats(3 * coefficients * count, 6),
+          floats(count, 3),     floats(3 * count, 4), floats(4 * count, 5)};
 }
 
 }  // namespace
@@ -51,6 +52,31 @@ TEST_CASE("splats come back bit for bit, in the layout viewers read") {
   CHECK(bytes.size() == end + 17 * 4 * count);
 }
 
+TEST_CASE("harmonics are kept colour by colour, as viewers read them") {
+  const TemporaryFolder folder;
+  const size_t coefficients = GENERATE(3, 8, 15);
+  const PlySplats splats = some_splats(5, coefficients);
+  write_ply(folder / "a.ply", splats);
+  CHECK(read_ply(folder / "a.ply").harmonics == splats.harmonics);
+  CHECK(read_ply(folder / "a.ply").rotations == splats.rotations);
+
+  const auto bytes = read_file_bytes(folder / "a.ply");
+  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const size_t end = text.find("end_header\n") + 11, row = 17 + 3 * coefficients;
+  CHECK(text.substr(0, end).find(fmt::format("f_dc_2\nproperty float f_rest_0\n")) != std::string::npos);
+  CHECK(text.substr(0, end).find(fmt::format("f_rest_{}\nproperty float opacity\n", 3 * coefficients - 1)) !=
+        std::string::npos);
+  // Splat 2, green, coefficient 1: after 9 other numbers and all of red.
+  float value = 0;
+  std::memcpy(&value, bytes.data() + end + (2 * row + 9 + coefficients + 1) * sizeof(float), sizeof(float));
+  CHECK(value == splats.harmonics[(2 * coefficients + 1) * 3 + 1]);
+
+  std::string damaged = text;
+  damaged.replace(damaged.find("f_rest_0"), 8, "f_lost_0");
+  write_file_atomically(folder / "b.ply", std::as_bytes(std::span(damaged)));
+  CHECK_THROWS_WITH(read_ply(folder / "b.ply"), Contains("b.ply") && Contains("harmonics of no degree"));
+}
+
 TEST_CASE("other properties are passed over; missing ones are named") {
   const TemporaryFolder folder;
   write_ply(folder / "a.ply", some_splats(2));
@@ -61,7 +87,7 @@ TEST_CASE("other properties are passed over; missing ones are named") {
     changed.replace(changed.find(from), from.size(), to);
     write_file_atomically(folder / "b.ply", std::as_bytes(std::span<const char>(changed)));
   };
-  rewrite("float nx", "float f_rest_0");
+  rewrite("float nx", "float confidence");
   CHECK(read_ply(folder / "b.ply").positions == some_splats(2).positions);
   rewrite("float scale_1", "float other");
   CHECK_THROWS_WITH(read_ply(folder / "b.ply"), Contains("b.ply: has no property 'scale_1'"));

@@ -22,7 +22,7 @@ struct Scene {
       return leading_one ? Shape{1, side, side, channels} : Shape{side, side, channels};
     };
     maps = {random_tensor(device, shape(3), 1), random_tensor(device, shape(7), 2),
-            random_tensor(device, shape(4), 3, -4, 4)};
+            random_tensor(device, shape(4), 3, -4, 4), random_tensor(device, shape(9), 7)};
     for (int texel = 0; texel < side * side; ++texel)
       if (texel % 5 == 0 || texel % 5 == 2) texels.push_back(texel);
     const int64_t count = texels.size();
@@ -43,7 +43,8 @@ TEST_CASE("assembly equals the formulas") {
   const auto d_mu = scene.maps.positions.to_host<double>(), d_turn = scene.maps.rotations_scales.to_host<double>();
   const auto shade = scene.maps.colors_opacities.to_host<double>(), mu = scene.base.positions.to_host<double>();
   const auto q = scene.base.rotations.to_host<double>(), log_scale = scene.base.log_scales.to_host<double>();
-  std::vector<double> positions, rotations, log_scales, opacities, colors, offsets, logits;
+  const auto sheen = scene.maps.harmonics.to_host<double>();
+  std::vector<double> positions, rotations, log_scales, opacities, colors, offsets, logits, harmonics;
   for (size_t i = 0; i < scene.texels.size(); ++i) {
     const int texel = scene.texels[i];
     double turned[4], squared = 0;
@@ -58,6 +59,7 @@ TEST_CASE("assembly equals the formulas") {
       log_scales.push_back(log_scale[i * 3 + c] + d_turn[texel * 7 + 4 + c]);
       colors.push_back(std::max(0.0, 0.5 + 0.2821 * shade[texel * 4 + c]));
     }
+    for (int c = 0; c < 9; ++c) harmonics.push_back(0.1 * sheen[texel * 9 + c]);
     logits.push_back(shade[texel * 4 + 3]);
     opacities.push_back(1 / (1 + std::exp(-shade[texel * 4 + 3])));
   }
@@ -68,20 +70,25 @@ TEST_CASE("assembly equals the formulas") {
   CHECK(largest_difference(got.colors.to_host<double>(), colors) < 1e-6);
   CHECK(largest_difference(got.offsets.to_host<double>(), offsets) < 1e-6);
   CHECK(largest_difference(got.opacity_logits.to_host<double>(), logits) < 1e-6);
+  CHECK(got.harmonics.shape() == Shape{static_cast<int64_t>(scene.texels.size()), 3, 3});
+  CHECK(largest_difference(got.harmonics.to_host<double>(), harmonics) < 1e-6);
 }
 
 TEST_CASE("assembly gradients pass finite differences and are zero at texels without a Gaussian") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
   Scene scene(device, 7, true);
-  for (Tensor* map : {&scene.maps.positions, &scene.maps.rotations_scales, &scene.maps.colors_opacities}) {
+  for (Tensor* map :
+       {&scene.maps.positions, &scene.maps.rotations_scales, &scene.maps.colors_opacities, &scene.maps.harmonics}) {
     map->set_requires_gradient();
   }
   const auto function = [&](Tape& tape, const std::vector<Tensor>& in) {
-    const CanonicalGaussians g = assemble(tape, {in[0], in[1], in[2]}, scene.base, {0.05, 0.3});
-    return std::vector{g.positions, g.rotations, g.log_scales, g.opacities, g.colors, g.offsets, g.opacity_logits};
+    const CanonicalGaussians g = assemble(tape, {in[0], in[1], in[2], in[3]}, scene.base, {0.05, 0.3});
+    return std::vector{g.positions, g.rotations, g.log_scales,     g.opacities,
+                       g.colors,    g.offsets,   g.opacity_logits, g.harmonics};
   };
   CHECK(gradient_check(device, function,
-                       {scene.maps.positions, scene.maps.rotations_scales, scene.maps.colors_opacities},
+                       {scene.maps.positions, scene.maps.rotations_scales, scene.maps.colors_opacities,
+                        scene.maps.harmonics},
                        {1e-5, 200, 1}) < 1e-6);
   const auto gradient = scene.maps.positions.gradient().to_host<double>();
   CHECK(gradient[0] != 0);

@@ -40,7 +40,7 @@ struct Subject {
 
   AssemblyMaps heads(Device& device, double size) const {
     return {random_tensor(device, {16, 16, 3}, 1, -size, size), random_tensor(device, {16, 16, 7}, 2, -size, size),
-            random_tensor(device, {16, 16, 4}, 3, -size, size)};
+            random_tensor(device, {16, 16, 4}, 3, -size, size), {}};
   }
 
   Splats posed(Tape& tape, const AssemblyMaps& heads, const DevicePose& pose) const {
@@ -118,7 +118,7 @@ TEST_CASE("the gradient of posed Gaussians reaches the maps and the pose") {
     tensor->set_requires_gradient();
   }
   const auto function = [&](Tape& tape, const std::vector<Tensor>& in) {
-    const Splats s = subject.posed(tape, {in[0], in[1], in[2]}, {in[3], in[4]});
+    const Splats s = subject.posed(tape, {in[0], in[1], in[2], {}}, {in[3], in[4]});
     return std::vector{s.positions, s.rotations, s.log_scales, s.opacities, s.colors};
   };
   CHECK(gradient_check(device, function,

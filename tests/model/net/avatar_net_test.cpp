@@ -105,6 +105,30 @@ TEST_CASE("the paper's model has the paper's layers and about 88 million paramet
   CHECK(biases == 77354928);
 }
 
+TEST_CASE("harmonics of the colour have a head of their own and leave everything else as it is") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  NetConfig config = small_config();
+  AvatarNet plain = make_net(device, config);
+  config.color_degree = 2;
+  AvatarNet net = make_net(device, config);
+  const AvatarNet::Inputs inputs = random_inputs(device, 7);
+  CHECK(all_maps(net, inputs) == all_maps(plain, inputs));
+  Tape tape(device);
+  const HeadMaps maps = net.decode(tape, inputs);
+  CHECK(maps.color_harmonics.shape() == Shape{1, 128, 128, 24});
+  CHECK_FALSE(plain.decode(tape, inputs).color_harmonics.defined());
+  const Tensor bias = net.parameters().find("decoder.2.second.bias");
+  Tensor(bias).set_requires_gradient();
+  tape.backward(mean(tape, net.decode(tape, inputs).color_harmonics));
+  const std::vector<double> gradient = bias.gradient().to_host<double>();
+  const size_t channels = bias.dim(-1);
+  std::array<double, 3> of_group{};  // position, rotation and scale, colour
+  for (size_t i = 0; i < gradient.size(); ++i) of_group[i % channels * 3 / channels] += std::abs(gradient[i]);
+  CHECK(of_group[0] == 0);
+  CHECK(of_group[1] == 0);
+  CHECK(of_group[2] > 0);
+}
+
 TEST_CASE("switches remove their part and leave the others' initial values") {
   Device& device = test::device(KernelSet::Wide);
   AvatarNet full = make_net(device, small_config());

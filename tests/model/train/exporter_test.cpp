@@ -8,6 +8,7 @@
 #include "model/loss/metrics.h"
 #include "model/train/picture.h"
 #include "tests/support/catch.h"
+#include "tests/support/harmonics_reference.h"
 #include "tests/support/splat_reference.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
@@ -21,12 +22,19 @@ Device& wide() {
   return device(KernelSet::Wide);
 }
 
-/// What a viewer makes of the file (the 3DGS convention).
-SplatScene read_as_viewers_do(const std::filesystem::path& path) {
+/// What a viewer at `center` makes of the file (the 3DGS convention).
+SplatScene read_as_viewers_do(const std::filesystem::path& path, const Eigen::Vector3d& center) {
   const PlySplats ply = read_ply(path);
   SplatScene scene;
   for (size_t n = 0; n < ply.opacity_logits.size(); ++n) {
-    const auto color = [&](size_t c) { return std::max(0.0, 0.5 + 0.28209479177387814 * ply.color_dc[3 * n + c]); };
+    const auto basis = reference_harmonics(
+        Eigen::Vector3d(ply.positions[3 * n], ply.positions[3 * n + 1], ply.positions[3 * n + 2]) - center);
+    const size_t coefficients = ply.harmonics.size() / ply.color_dc.size();
+    const auto color = [&](size_t c) {
+      double seen = 0.5 + 0.28209479177387814 * ply.color_dc[3 * n + c];
+      for (size_t j = 0; j < coefficients; ++j) seen += basis[j] * ply.harmonics[(n * coefficients + j) * 3 + c];
+      return std::max(0.0, seen);
+    };
     scene.add({ply.positions[3 * n], ply.positions[3 * n + 1], ply.positions[3 * n + 2]},
               {ply.rotations[4 * n], ply.rotations[4 * n + 1], ply.rotations[4 * n + 2], ply.rotations[4 * n + 3]},
               {ply.log_scales[3 * n], ply.log_scales[3 * n + 1], ply.log_scales[3 * n + 2]},
@@ -42,6 +50,7 @@ TEST_CASE("an exported frame drawn by another renderer is our picture, and its m
   Config config = tiny_config();
   config.train.iterations = 30;
   config.train.refine_poses = true;
+  config.net.color_degree = GENERATE(0, 2);
   const auto capture = open_scene();
   TrainedAvatar avatar(wide(), train_run(folder / "run", config, *capture));
   const int frame = 3;
@@ -55,7 +64,7 @@ TEST_CASE("an exported frame drawn by another renderer is our picture, and its m
   const SplatOptions options = splat_options(config.render);
   const std::vector<float> ours = splat(tape, workspace, splats, camera, {1, 1, 1}, options).color.to_host<float>();
 
-  const SplatScene scene = read_as_viewers_do(folder / "out/avatar.ply");
+  const SplatScene scene = read_as_viewers_do(folder / "out/avatar.ply", camera.center());
   REQUIRE(scene.count() == avatar.avatar().gaussian_count());
   const ReferenceImage reference = reference_render(scene, camera, {1, 1, 1}, options);
   const std::vector<float> theirs(reference.color.begin(), reference.color.end());
@@ -70,7 +79,7 @@ TEST_CASE("an exported frame drawn by another renderer is our picture, and its m
   const ExrImage maps = read_exr(folder / "out/avatar.exr");
   CHECK(maps.width == 128);
   CHECK(maps.height == 128);
-  CHECK(maps.channels.size() == 3 + 4 + 3 + 1 + 3 + 1);
+  CHECK(maps.channels.size() == (config.net.color_degree == 2 ? 3 + 4 + 3 + 1 + 3 + 1 + 24 : 3 + 4 + 3 + 1 + 3 + 1));
   const Avatar::Signal signal = avatar.avatar().upload(avatar.avatar().signal(*capture, frame, codes.mean(frame)));
   const CanonicalGaussians gaussians = avatar.avatar().decode(tape, signal).gaussians;
   const std::vector<float> positions = gaussians.positions.to_host<float>(),

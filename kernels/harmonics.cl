@@ -1,0 +1,164 @@
+// Colours as a camera sees them: real spherical harmonics of degrees 1 .. DEGREE over the direction from the camera to
+// each Gaussian, in the Gaussian's own axes, on top of a colour that is the same from everywhere; and the way back.
+// Order and signs of the harmonics are those of 3DGS.
+// Shapes: positions, base_colors, colors (N,3); rotations (N,4) w x y z; harmonics (N, COEFFICIENTS, 3).
+// Defines: DEGREE 1 .. 3. Launch: one item per Gaussian, local size free. Deterministic: no element is written twice.
+#include "common/real.cl"
+#include "common/quaternion.cl"
+
+#define COEFFICIENTS ((DEGREE + 1) * (DEGREE + 1) - 1)
+
+#define GAUSSIAN_OR_RETURN        \
+  const int i = get_global_id(0); \
+  if (i >= count) return
+
+#define C1 ((REAL)0.4886025119029199)
+#define C20 ((REAL)1.0925484305920792)
+#define C22 ((REAL)0.31539156525252005)
+#define C24 ((REAL)0.5462742152960396)
+#define C30 ((REAL)0.5900435899266435)
+#define C31 ((REAL)2.890611442640554)
+#define C32 ((REAL)0.4570457994644658)
+#define C33 ((REAL)0.3731763325901154)
+#define C35 ((REAL)1.445305721320277)
+
+// The harmonics at the unit direction (x, y, z).
+inline void basis_at(const REAL x, const REAL y, const REAL z, REAL basis[COEFFICIENTS]) {
+  basis[0] = -C1 * y;
+  basis[1] = C1 * z;
+  basis[2] = -C1 * x;
+#if DEGREE >= 2
+  basis[3] = C20 * x * y;
+  basis[4] = -C20 * y * z;
+  basis[5] = C22 * (2 * z * z - x * x - y * y);
+  basis[6] = -C20 * x * z;
+  basis[7] = C24 * (x * x - y * y);
+#endif
+#if DEGREE >= 3
+  basis[8] = -C30 * y * (3 * x * x - y * y);
+  basis[9] = C31 * x * y * z;
+  basis[10] = -C32 * y * (4 * z * z - x * x - y * y);
+  basis[11] = C33 * z * (2 * z * z - 3 * x * x - 3 * y * y);
+  basis[12] = -C32 * x * (4 * z * z - x * x - y * y);
+  basis[13] = C35 * z * (x * x - y * y);
+  basis[14] = -C30 * x * (x * x - 3 * y * y);
+#endif
+}
+
+// Sum of weights[j] times the gradient of harmonic j, as a polynomial in x, y and z.
+inline REAL3 basis_gradient(const REAL x, const REAL y, const REAL z, const REAL weights[COEFFICIENTS]) {
+  REAL3 sum = C1 * (REAL3)(-weights[2], -weights[0], weights[1]);
+#if DEGREE >= 2
+  sum += weights[3] * C20 * (REAL3)(y, x, 0) - weights[4] * C20 * (REAL3)(0, z, y) +
+         weights[5] * C22 * 2 * (REAL3)(-x, -y, 2 * z) - weights[6] * C20 * (REAL3)(z, 0, x) +
+         weights[7] * C24 * 2 * (REAL3)(x, -y, 0);
+#endif
+#if DEGREE >= 3
+  sum += -weights[8] * C30 * 3 * (REAL3)(2 * x * y, x * x - y * y, 0) +
+         weights[9] * C31 * (REAL3)(y * z, x * z, x * y) -
+         weights[10] * C32 * (REAL3)(-2 * x * y, 4 * z * z - x * x - 3 * y * y, 8 * y * z) +
+         weights[11] * C33 * 3 * (REAL3)(-2 * x * z, -2 * y * z, 2 * z * z - x * x - y * y) -
+         weights[12] * C32 * (REAL3)(4 * z * z - 3 * x * x - y * y, -2 * x * y, 8 * x * z) +
+         weights[13] * C35 * (REAL3)(2 * x * z, -2 * y * z, x * x - y * y) -
+         weights[14] * C30 * 3 * (REAL3)(x * x - y * y, -2 * x * y, 0);
+#endif
+  return sum;
+}
+
+typedef struct {
+  REAL3 direction;      // unit, from the camera to the Gaussian
+  REAL3 own_direction;  // the same in the Gaussian's axes
+  REAL4 rotation;       // unit
+  REAL4 row0, row1, row2;  // of its matrix
+  REAL inverse_distance, inverse_norm;
+} View;
+
+// A Gaussian at the camera's very centre is seen from no direction: from 0, where degree 1 adds nothing.
+inline View view_of(global const REAL* positions, global const REAL* rotations, const REAL3 camera, const int i) {
+  View view;
+  const REAL3 from_camera = vload3(i, positions) - camera;
+  const REAL4 rotation = vload4(i, rotations);
+  const REAL square = dot(from_camera, from_camera), norm = dot(rotation, rotation);
+  view.inverse_distance = square == 0 ? 0 : 1 / sqrt(square);
+  view.inverse_norm = norm == 0 ? 0 : 1 / sqrt(norm);
+  view.direction = from_camera * view.inverse_distance;
+  view.rotation = rotation * view.inverse_norm;
+  quaternion_to_rows(view.rotation, &view.row0, &view.row1, &view.row2);
+  view.own_direction =
+      view.direction.x * view.row0.xyz + view.direction.y * view.row1.xyz + view.direction.z * view.row2.xyz;
+  return view;
+}
+
+kernel void colors_forward(global const REAL* positions, global const REAL* rotations, global const REAL* base_colors,
+                           global const REAL* harmonics, global REAL* colors, const REAL camera_x, const REAL camera_y,
+                           const REAL camera_z, const int count) {
+  GAUSSIAN_OR_RETURN;
+  const View view = view_of(positions, rotations, (REAL3)(camera_x, camera_y, camera_z), i);
+  REAL basis[COEFFICIENTS];
+  basis_at(view.own_direction.x, view.own_direction.y, view.own_direction.z, basis);
+  REAL3 color = vload3(i, base_colors);
+  for (int j = 0; j < COEFFICIENTS; ++j) color += basis[j] * vload3((long)i * COEFFICIENTS + j, harmonics);
+  // Not fmax, which would turn a NaN into black.
+  vstore3(select(color, (REAL3)(0), color <= (REAL3)(0)), i, colors);
+}
+
+// No gradient through a colour that the clamp holds at 0.
+inline REAL3 through_clamp(const REAL3 d_color, const REAL3 color) {
+  return select((REAL3)(0), d_color, color > (REAL3)(0));
+}
+
+kernel void base_colors_backward(global const REAL* d_colors, global const REAL* colors, global REAL* d_base_colors,
+                                 const int count) {
+  GAUSSIAN_OR_RETURN;
+  vstore3(through_clamp(vload3(i, d_colors), vload3(i, colors)), i, d_base_colors);
+}
+
+kernel void harmonics_backward(global const REAL* d_colors, global const REAL* colors, global const REAL* positions,
+                               global const REAL* rotations, global REAL* d_harmonics, const REAL camera_x,
+                               const REAL camera_y, const REAL camera_z, const int count) {
+  GAUSSIAN_OR_RETURN;
+  const REAL3 d_color = through_clamp(vload3(i, d_colors), vload3(i, colors));
+  const View view = view_of(positions, rotations, (REAL3)(camera_x, camera_y, camera_z), i);
+  REAL basis[COEFFICIENTS];
+  basis_at(view.own_direction.x, view.own_direction.y, view.own_direction.z, basis);
+  // A splat that is not drawn has no gradient, even where its position is not finite.
+  const bool seen = any(d_color != (REAL3)(0));
+  for (int j = 0; j < COEFFICIENTS; ++j) {
+    vstore3(seen ? basis[j] * d_color : (REAL3)(0), (long)i * COEFFICIENTS + j, d_harmonics);
+  }
+}
+
+// Gradient of view.own_direction.
+inline REAL3 own_gradient(const View view, const REAL3 d_color, global const REAL* harmonics, const int i) {
+  REAL weights[COEFFICIENTS];
+  for (int j = 0; j < COEFFICIENTS; ++j) {
+    weights[j] = dot(d_color, vload3((long)i * COEFFICIENTS + j, harmonics));
+  }
+  return basis_gradient(view.own_direction.x, view.own_direction.y, view.own_direction.z, weights);
+}
+
+kernel void positions_backward(global const REAL* d_colors, global const REAL* colors, global const REAL* positions,
+                               global const REAL* rotations, global const REAL* harmonics, global REAL* d_positions,
+                               const REAL camera_x, const REAL camera_y, const REAL camera_z, const int count) {
+  GAUSSIAN_OR_RETURN;
+  const REAL3 d_color = through_clamp(vload3(i, d_colors), vload3(i, colors));
+  const View view = view_of(positions, rotations, (REAL3)(camera_x, camera_y, camera_z), i);
+  const REAL3 own = own_gradient(view, d_color, harmonics, i);
+  const REAL3 world = (REAL3)(dot(view.row0.xyz, own), dot(view.row1.xyz, own), dot(view.row2.xyz, own));
+  const bool seen = any(d_color != (REAL3)(0));
+  vstore3(seen ? view.inverse_distance * (world - dot(world, view.direction) * view.direction) : (REAL3)(0), i,
+          d_positions);
+}
+
+kernel void rotations_backward(global const REAL* d_colors, global const REAL* colors, global const REAL* positions,
+                               global const REAL* rotations, global const REAL* harmonics, global REAL* d_rotations,
+                               const REAL camera_x, const REAL camera_y, const REAL camera_z, const int count) {
+  GAUSSIAN_OR_RETURN;
+  const REAL3 d_color = through_clamp(vload3(i, d_colors), vload3(i, colors));
+  const View view = view_of(positions, rotations, (REAL3)(camera_x, camera_y, camera_z), i);
+  const REAL4 own = (REAL4)(own_gradient(view, d_color, harmonics, i), 0);
+  const REAL4 d = quaternion_from_row_gradients(view.rotation, view.direction.x * own, view.direction.y * own,
+                                                view.direction.z * own);
+  const bool seen = any(d_color != (REAL3)(0));
+  vstore4(seen ? view.inverse_norm * (d - dot(d, view.rotation) * view.rotation) : (REAL4)(0), i, d_rotations);
+}
