@@ -70,7 +70,7 @@ inline void finish_pixel(const REALV sum[VECTORS], global const REAL* bias, cons
   }
 }
 
-// zeros: source channels / group of them, read in place of pixels outside the source.
+// zeros: at least source channels / group of them, read in place of pixels outside the source.
 kernel void gather(global const REAL* source, global const REAL* weight, global const REAL* bias,
                    global const REAL* zeros, global REAL* target, const REAL negative_slope, const Gather s) {
   const int source_depth = s.source_channels / s.groups, target_depth = s.target_channels / s.groups;
@@ -205,6 +205,47 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
   }
 }
 
+// to[k * line + lane] = from[k * row_step + lane * lane_step] for k < depth, lane < lanes; one of the steps is 1.
+inline void copy_lines(global const REAL* from, const int row_step, const int lane_step, global REAL* to,
+                       const int line, const int depth, const int lanes) {
+  int whole_depth = 0, whole_lanes = 0;  // copied by vectors
+#if V > 1
+  whole_lanes = lanes / V * V;
+  whole_depth = lane_step == 1 ? depth : depth / V * V;
+  for (int lane = 0; lane < whole_lanes; lane += V) {
+    if (lane_step == 1) {
+      for (int k = 0; k < depth; ++k)
+        STORE_VECTOR(LOAD_VECTOR(0, from + (long)k * row_step + lane), 0, to + (long)k * line + lane);
+    } else {
+      for (int k = 0; k < whole_depth; k += V) {
+        REALV block[V];
+#pragma unroll
+        for (int i = 0; i < V; ++i) block[i] = LOAD_VECTOR(0, from + (long)(lane + i) * lane_step + k);
+        // Each round deals the even and odd elements of neighbouring vectors apart; after log2(V) rounds rows have
+        // become columns.
+#pragma unroll
+        for (int round = 1; round < V; round *= 2) {
+          REALV next[V];
+#pragma unroll
+          for (int i = 0; i < V / 2; ++i) {
+            next[i] = (REALV)(block[2 * i].even, block[2 * i + 1].even);
+            next[i + V / 2] = (REALV)(block[2 * i].odd, block[2 * i + 1].odd);
+          }
+#pragma unroll
+          for (int i = 0; i < V; ++i) block[i] = next[i];
+        }
+#pragma unroll
+        for (int i = 0; i < V; ++i) STORE_VECTOR(block[i], 0, to + (long)(k + i) * line + lane);
+      }
+    }
+  }
+#endif
+  for (int k = 0; k < depth; ++k) {
+    for (int lane = k < whole_depth ? whole_lanes : 0; lane < lanes; ++lane)
+      to[(long)k * line + lane] = from[(long)k * row_step + (long)lane * lane_step];
+  }
+}
+
 typedef struct {
   int kernel_size, rows, columns;  // of weight
   int transpose, fold;
@@ -230,10 +271,9 @@ kernel void pack_weights(global const REAL* weight, global REAL* packed, const P
     global const REAL* from = weight + (long)panel * PANEL * lane_step +
                               (long)(group * taps + (pack.transpose ? taps - 1 - from_tap : from_tap)) * pack.rows *
                                   pack.columns;
-    for (int k = 0; k < depth; ++k) {
-      global REAL* line = to + (long)k * s.row_stride + pixel * width;
-      for (int lane = 0; lane < lanes; ++lane)
-        line[lane] = used ? from[(long)k * row_step + (long)lane * lane_step] : (REAL)0;
+    if (used) copy_lines(from, row_step, lane_step, to + pixel * width, s.row_stride, depth, lanes);
+    for (int k = 0; k < depth && !used; ++k) {
+      for (int lane = 0; lane < lanes; ++lane) to[(long)k * s.row_stride + pixel * width + lane] = 0;
     }
   }
   for (int k = 0; k < depth; ++k) {

@@ -213,6 +213,14 @@ std::shared_ptr<Memory> Device::allocate(size_t bytes) {
   return memory;
 }
 
+const Memory& Device::zeros(size_t bytes) {
+  if (!zeros_ || zeros_->bytes() < bytes) {
+    zeros_ = pool_->acquire(bytes);
+    fill(*zeros_, 0, zeros_->bytes());
+  }
+  return *zeros_;
+}
+
 void Device::upload(const Memory& target, const void* source, size_t bytes) {
   if (bytes == 0) return;
   open_cl_->retire_uploads(false);
@@ -267,6 +275,11 @@ void Kernel::set_raw(unsigned index, size_t bytes, const void* value) const {
 void Kernel::set_argument(unsigned index, const Tensor& tensor) const {
   // An undefined tensor stands for an absent optional buffer: the kernel sees a null pointer.
   cl_mem handle = tensor.defined() ? tensor.memory().handle() : nullptr;
+  set_raw(index, sizeof(handle), &handle);
+}
+
+void Kernel::set_argument(unsigned index, const Memory& memory) const {
+  cl_mem handle = memory.handle();
   set_raw(index, sizeof(handle), &handle);
 }
 

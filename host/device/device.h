@@ -69,7 +69,7 @@ class Kernel {
  public:
   Kernel(Device& device, cl_kernel handle, const std::string* name) : device_(&device), handle_(handle), name_(name) {}
 
-  /// Queues one run. Arguments in the kernel's order: Tensor -> __global pointer; int -> int; int64_t -> long;
+  /// Queues one run. Arguments in the kernel's order: Tensor, Memory -> __global pointer; int -> int; int64_t -> long;
   /// uint32_t -> uint; double -> REAL; LocalMemory -> __local pointer; any other trivially copyable struct by value.
   /// local is always given: a size left to the driver may change from call to call, and PoCL compiles each anew.
   template <typename... Arguments>
@@ -81,6 +81,7 @@ class Kernel {
 
  private:
   void set_argument(unsigned index, const Tensor& tensor) const;
+  void set_argument(unsigned index, const Memory& memory) const;
   void set_argument(unsigned index, double real) const;
   void set_argument(unsigned index, LocalMemory memory) const { set_raw(index, memory.bytes, nullptr); }
   template <typename Value>
@@ -130,6 +131,9 @@ class Device {
   std::shared_ptr<Memory> allocate(size_t bytes);
   MemoryPool::Statistics memory_statistics() const { return pool_->statistics(); }
 
+  /// At least so many bytes of zeros, for kernels to read.
+  const Memory& zeros(size_t bytes);
+
   /// Copies host bytes into a private staging area and queues the transfer: returns at once.
   void upload(const Memory& target, const void* source, size_t bytes);
   /// Waits for all queued work, then copies.
@@ -159,6 +163,7 @@ class Device {
   KernelSet kernel_set_;
   std::unique_ptr<OpenCl> open_cl_;
   std::unique_ptr<MemoryPool> pool_;
+  std::shared_ptr<Memory> zeros_;
   Profiler profiler_;
   Stage stage_;
   size_t launches_ = 0;

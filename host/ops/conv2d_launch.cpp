@@ -145,12 +145,12 @@ void gather(const Tensor& source, const Tensor& weight, Tensor bias, const Tenso
   const int64_t tiles = ceiling(phase_pixels, block.pixels);
   // Enough work in an item to outweigh its start, enough items to keep every core busy.
   arguments.tiles_per_item = device.is_wide() ? static_cast<int>(std::clamp<int64_t>(tiles / 64, 1, 32)) : 1;
-  const Tensor zeros = Tensor::zeros(device, {int64_t{depth}});
   const Range local = device.is_wide() ? Range{1, 1, 1} : Range{32, 4, 1};
   device.kernel("conv2d", "gather", defines)
       .launch({static_cast<size_t>(panels * arguments.groups),
                static_cast<size_t>(ceiling(tiles, arguments.tiles_per_item)), static_cast<size_t>(step.y * step.x)},
-              local, source, packed, bias, zeros, target, negative_slope, arguments);
+              local, source, packed, bias, device.zeros(depth * device.real_bytes()), target, negative_slope,
+              arguments);
 }
 
 /// Pairs of tap and input channel that conv2d_gradient.cl holds in registers.
