@@ -17,7 +17,8 @@
 // as pack_weights makes them, or the plain tensor where panels divide it; the strides say which. Where a panel is one
 // channel wide (GPUs), pack_weights makes a plain tensor too, so that neighbouring items read neighbouring weights.
 // -D PIXELS: target pixels an item holds in registers. -D VECTORS: vectors of V channels it holds for each.
-// Launch gather: (panels * groups, items over the pixels of a phase, phases); local size free, {1, 1, 1} on CPUs.
+// Launch gather: (panels * groups, items over the pixels of a phase, phases), the first two in either order; local size
+// free, {1, 1, 1} on CPUs.
 #include "common/prefetch.cl"
 #include "common/real.cl"
 #include "common/tail.cl"
@@ -36,7 +37,8 @@ typedef struct {
   int batch, groups;
   Pair kernel_size, source_step, target_step, lead;
   int group_stride, panel_stride, tap_stride, row_stride;  // of weight, in elements
-  int tiles_per_item;                                      // an item walks over this many tiles of PIXELS pixels
+  int tile_axis;       // 0 or 1: of the launch, where neighbouring items are tiles; the other one's are panels
+  int tiles_per_item;  // an item walks over this many tiles of PIXELS pixels
   int bias_kind;                                           // 0 none, 1 per channel, 2 per target position and channel
 } Gather;
 
@@ -75,7 +77,9 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
                    global const REAL* zeros, global REAL* target, const REAL negative_slope, const Gather s) {
   const int source_depth = s.source_channels / s.groups, target_depth = s.target_channels / s.groups;
   const int panels = (target_depth + PANEL - 1) / PANEL;
-  const int group = (int)get_global_id(0) / panels, panel = (int)get_global_id(0) % panels;
+  // Not get_global_id(s.tile_axis): with PoCL the loops below lose a fifth to it, measured.
+  const int panel_of_all = s.tile_axis ? get_global_id(0) : get_global_id(1);
+  const int group = panel_of_all / panels, panel = panel_of_all % panels;
   const int phase_y = (int)get_global_id(2) / s.target_step.x, phase_x = (int)get_global_id(2) % s.target_step.x;
   const int height = (s.target_height - phase_y + s.target_step.y - 1) / s.target_step.y;
   const int width = (s.target_width - phase_x + s.target_step.x - 1) / s.target_step.x;
@@ -109,7 +113,7 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
   const int columns_ahead = TILES_AHEAD * PIXELS * s.source_step.x + taps_x - 1;
   const long ahead = (taps_y - 1) * source_line + columns_ahead * s.source_channels;
 
-  const int begin = (int)get_global_id(1) * s.tiles_per_item * PIXELS;
+  const int begin = (int)(s.tile_axis ? get_global_id(1) : get_global_id(0)) * s.tiles_per_item * PIXELS;
   const int end = min(count, begin + s.tiles_per_item * PIXELS);
   // Lattice position of the next pixel; pixels are walked in memory order, so only the start needs divisions.
   int column = begin % width, line = begin / width % height, image = begin / width / height;
@@ -182,7 +186,10 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
         }
       }
       for (int ty = 0; ty < taps_y; ++ty) {
-        for (int tx = 0; tx < taps_x; ++tx) {
+        bool any = false;
+#pragma unroll
+        for (int p = 0; p < PIXELS; ++p) any |= y[p] + ty >= 0 && y[p] + ty < s.source_height;
+        for (int tx = 0; tx < taps_x && any; ++tx) {
           global const REAL* values[PIXELS];
 #pragma unroll
           for (int p = 0; p < PIXELS; ++p) {

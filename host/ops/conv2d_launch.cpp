@@ -1,6 +1,7 @@
 #include "host/ops/conv2d_launch.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace degas {
 namespace {
@@ -16,7 +17,7 @@ struct GatherArguments {
   int batch, groups;
   Pair kernel_size, source_step, target_step, lead;
   int group_stride = 0, panel_stride = 0, tap_stride = 0, row_stride = 0;
-  int tiles_per_item = 1;
+  int tile_axis = 1, tiles_per_item = 1;
   int bias_kind = 0;
 };
 
@@ -47,7 +48,14 @@ struct GatherBlock {
 
 GatherBlock gather_block(const Device& device, int depth) {
   if (!device.is_wide()) return {8, 1, 1};
-  return depth <= device.vector_width() ? GatherBlock{8, 1, 16} : GatherBlock{6, 2, 32};
+  // Twelve to sixteen sums fit; the fewest idle lanes win, and of equal ones the block with the fewest loads.
+  constexpr GatherBlock blocks[] = {{4, 4, 64}, {4, 3, 48}, {6, 2, 32}, {8, 1, 16}};
+  return *std::min_element(std::begin(blocks), std::end(blocks), [&](const GatherBlock& a, const GatherBlock& b) {
+    const auto cost = [&](const GatherBlock& block) {
+      return static_cast<double>(ceiling(depth, block.panel) * block.panel) * (block.vectors == 1 ? 1.1 : 1);
+    };
+    return cost(a) < cost(b);
+  });
 }
 
 /// The same convolution with `fold` neighbouring target pixels of a line as one.
@@ -119,9 +127,8 @@ void gather(const Tensor& source, const Tensor& weight, Tensor bias, const Tenso
 
   Tensor packed = weight;
   // A panel of consecutive lines streams better than one cut out of the tensor; small maps do not repay the copy.
-  const bool many_pixels = int64_t{arguments.target_height} * arguments.target_width >= 512;
   if (transpose || packing.fold > 1 || target_depth % block.panel != 0 ||
-      (device.is_wide() && panels > 1 && many_pixels)) {
+      (device.is_wide() && panels > 1 && arguments.target_height * arguments.target_width >= 128)) {
     packed = Tensor(device, {arguments.groups, panels, taps, depth, block.panel});
     // One channel to a panel: panels lie side by side, so that neighbouring items read neighbouring weights.
     const bool side_by_side = block.panel == 1;
@@ -145,11 +152,17 @@ void gather(const Tensor& source, const Tensor& weight, Tensor bias, const Tenso
   const int64_t tiles = ceiling(phase_pixels, block.pixels);
   // Enough work in an item to outweigh its start, enough items to keep every core busy.
   arguments.tiles_per_item = device.is_wide() ? static_cast<int>(std::clamp<int64_t>(tiles / 64, 1, 32)) : 1;
+  Range global{static_cast<size_t>(panels * arguments.groups),
+               static_cast<size_t>(ceiling(tiles, arguments.tiles_per_item)), static_cast<size_t>(step.y * step.x)};
+  // A CPU takes items in the order of axis 0: all panels of a tile while its pixels are in cache, or, where the weights
+  // are the larger part, all tiles of a panel.
+  if (device.is_wide() && weight.size() > source.size()) {
+    std::swap(global[0], global[1]);
+    arguments.tile_axis = 0;
+  }
   const Range local = device.is_wide() ? Range{1, 1, 1} : Range{32, 4, 1};
   device.kernel("conv2d", "gather", defines)
-      .launch({static_cast<size_t>(panels * arguments.groups),
-               static_cast<size_t>(ceiling(tiles, arguments.tiles_per_item)), static_cast<size_t>(step.y * step.x)},
-              local, source, packed, bias, device.zeros(depth * device.real_bytes()), target, negative_slope,
+      .launch(global, local, source, packed, bias, device.zeros(depth * device.real_bytes()), target, negative_slope,
               arguments);
 }
 

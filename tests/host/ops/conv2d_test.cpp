@@ -86,6 +86,10 @@ TEST_CASE("conv2d equals the plain loops") {
       {1, 1, 1, 1, 1, 3, {1, 1, 1, 1}, Bias::Tied},
       {1, 9, 9, 2, 3, 2, {4, 5, 1, 0.5}, Bias::Untied},
       {1, 23, 40, 40, 24, 3, {1, 0, 1, 0.2}, Bias::Tied},
+      // Register blocks of three and four vectors; more weights than pixels.
+      {2, 6, 9, 20, 40, 3, {1, 1, 1, 0.2}, Bias::Tied},
+      {1, 7, 6, 33, 128, 3, {2, 1, 1, 0.2}, Bias::Untied},
+      {1, 12, 11, 5, 192, 3, {1, 1, 1, 1}, Bias::None},
       // Narrow enough for several pixels to a vector.
       {2, 5, 24, 3, 3, 3, {1, 1, 1, 0.2}, Bias::Untied},
       {1, 7, 70, 16, 7, 3, {1, 1, 1, 0.2}, Bias::Tied},
@@ -118,6 +122,7 @@ TEST_CASE("conv2d gradients pass finite differences") {
       {1, 6, 7, 20, 15, 1, {2, 0, 1, 1}, Bias::Untied},
       {1, 9, 9, 2, 3, 2, {4, 5, 1, 0.5}, Bias::Untied},
       {1, 4, 4, 40, 36, 1, {1, 0, 1, 1}, Bias::None},
+      {1, 3, 5, 64, 24, 1, {2, 0, 1, 1}, Bias::None},
       // Narrow enough for several pixels to a vector.
       {1, 3, 12, 3, 3, 3, {1, 1, 1, 0.2}, Bias::Untied},
       {2, 6, 12, 3, 8, 3, {2, 1, 1, 0.2}, Bias::Tied},
