@@ -1,6 +1,7 @@
 // Gaussians from the decoder's maps at the covered texels, and the way back.
 // Shapes: maps NHWC with R x R texels: position_map C = 3, rotation_map C = 7 (quaternion w x y z, then log-scale),
-// color_map C = 4 (colour, then opacity logit), harmonics map C = channels. texels Int32 (N), each texel at most once; all others (N,C).
+// color_map C = 4 (colour, then opacity logit), map of harmonics C = channels. texels Int32 (N), each texel at most
+// once; all others (N,C).
 // Launch: one item per Gaussian, local size free. The backward kernels write the covered texels of gradient maps that
 // the host has filled with zeros. Deterministic: no element is written twice.
 #include "common/real.cl"

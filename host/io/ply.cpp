@@ -114,7 +114,8 @@ PlySplats read_ply(const std::filesystem::path& path) {
   const auto rest = std::count_if(header.names.begin(), header.names.end(),
                                   [](const std::string& name) { return name.starts_with("f_rest_"); });
   if (rest != 0 && rest != 9 && rest != 24 && rest != 45) {
-    throw Error::format("{}: has {} properties 'f_rest_*', which are harmonics of no degree up to 3", path.string(), rest);
+    throw Error::format("{}: has {} properties 'f_rest_*', which are harmonics of no degree up to 3", path.string(),
+                        rest);
   }
   for (const Property& property : properties_of(static_cast<size_t>(rest) / 3)) {
     if (!property.values) continue;

@@ -15,11 +15,11 @@ struct PlySplats {
   std::vector<float> rotations;       ///< (N,4) quaternions w x y z
 };
 
-/// Binary little-endian PLY with x y z nx ny nz f_dc_0..2 f_rest_0..3K-1 opacity scale_0..2 rot_0..3 (normals 0), written under a
-/// temporary name, then renamed.
+/// Binary little-endian PLY with x y z nx ny nz f_dc_0..2 f_rest_0..3K-1 opacity scale_0..2 rot_0..3 (normals 0),
+/// written under a temporary name, then renamed.
 void write_ply(const std::filesystem::path& path, const PlySplats& splats);
-/// Reads that layout back, in any order of float properties, others (normals) passed over. Error naming file and property
-/// for what is missing, of another type, or cut short.
+/// Reads that layout back, in any order of float properties, others (normals) passed over. Error naming file and
+/// property for what is missing, of another type, or cut short.
 PlySplats read_ply(const std::filesystem::path& path);
 
 }  // namespace degas

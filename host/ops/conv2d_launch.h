@@ -20,9 +20,14 @@ struct Conv2dGeometry {
   Shape output_shape() const { return {batch, output_height, output_width, output_channels}; }
 };
 
+constexpr int64_t ceiling(int64_t a, int64_t b) {
+  return (a + b - 1) / b;
+}
+
 enum class BiasKind { None = 0, Tied = 1, Untied = 2 };
 
-/// The kernels of conv2d outside any tape; shapes as there. Every target is written in full.
+/// The kernels of conv2d outside any tape (conv2d_launch.cpp, conv2d_gradient_launch.cpp); shapes as there. Every
+/// target is written in full.
 /// output = leaky_relu(input * weight + bias)
 void conv2d_forward(const Conv2dGeometry& geometry, const Tensor& input, const Tensor& weight, const Tensor& bias,
                     BiasKind kind, double negative_slope, const Tensor& output);

@@ -13,9 +13,12 @@ namespace {
 constexpr float harmonic = 0.28209479177387814f;  // of degree 0: 3DGS stores colour as (colour - 0.5) / harmonic
 
 PlySplats ply_splats(Tape& tape, const Splats& splats) {
-  PlySplats ply{splats.positions.to_host<float>(), splats.colors.to_host<float>(),
+  PlySplats ply{splats.positions.to_host<float>(),
+                splats.colors.to_host<float>(),
                 splats.harmonics.defined() ? world_harmonics(tape, splats) : std::vector<float>(),
-                splats.opacities.to_host<float>(), splats.log_scales.to_host<float>(), splats.rotations.to_host<float>()};
+                splats.opacities.to_host<float>(),
+                splats.log_scales.to_host<float>(),
+                splats.rotations.to_host<float>()};
   for (float& color : ply.color_dc) color = (color - 0.5f) / harmonic;
   for (float& opacity : ply.opacity_logits) {
     const float inside = std::clamp(opacity, 1e-6f, 1 - 1e-6f);  // the logit of 0 and 1 is infinite

@@ -86,10 +86,10 @@ TEST_CASE("assembly gradients pass finite differences and are zero at texels wit
     return std::vector{g.positions, g.rotations, g.log_scales,     g.opacities,
                        g.colors,    g.offsets,   g.opacity_logits, g.harmonics};
   };
-  CHECK(gradient_check(device, function,
-                       {scene.maps.positions, scene.maps.rotations_scales, scene.maps.colors_opacities,
-                        scene.maps.harmonics},
-                       {1e-5, 200, 1}) < 1e-6);
+  CHECK(gradient_check(
+            device, function,
+            {scene.maps.positions, scene.maps.rotations_scales, scene.maps.colors_opacities, scene.maps.harmonics},
+            {1e-5, 200, 1}) < 1e-6);
   const auto gradient = scene.maps.positions.gradient().to_host<double>();
   CHECK(gradient[0] != 0);
   CHECK(gradient[3] == 0);

@@ -32,7 +32,8 @@ struct Scene {
 
   /// By the Legendre functions of the standard library.
   std::vector<double> reference() const {
-    const auto p = positions.to_host<double>(), q = rotations.to_host<double>(), base = base_colors.to_host<double>(), h = harmonics.to_host<double>();
+    const auto p = positions.to_host<double>(), q = rotations.to_host<double>(), base = base_colors.to_host<double>(),
+               h = harmonics.to_host<double>();
     const size_t coefficients = harmonics.dim(1);
     std::vector<double> colors;
     for (size_t i = 0; i < p.size() / 3; ++i) {
@@ -70,7 +71,8 @@ TEST_CASE("gradients of seen colours pass finite differences") {
   const auto function = [](Tape& tape, const std::vector<Tensor>& in) {
     return std::vector{colors_seen_from(tape, camera_center, in[0], in[1], in[2], in[3])};
   };
-  CHECK(gradient_check(device, function, {scene.positions, scene.rotations, scene.base_colors, scene.harmonics}, {1e-6, 200, 1}) < 1e-6);
+  CHECK(gradient_check(device, function, {scene.positions, scene.rotations, scene.base_colors, scene.harmonics},
+                       {1e-6, 200, 1}) < 1e-6);
 }
 
 TEST_CASE("splatting draws Gaussians in the colours that its camera sees, and differentiates through them") {
@@ -83,18 +85,18 @@ TEST_CASE("splatting draws Gaussians in the colours that its camera sees, and di
   SplatOptions options;
   options.smooth_cutoff = true;
   const auto draw = [&](Tape& tape, const std::vector<Tensor>& in) {
-    return std::vector{
-        splat(tape, workspace, {in[0], in[1], splats.log_scales, splats.opacities, in[2], in[3]}, camera,
-              {0.2, 0.5, 0.9}, options)
-            .color};
+    return std::vector{splat(tape, workspace, {in[0], in[1], splats.log_scales, splats.opacities, in[2], in[3]}, camera,
+                             {0.2, 0.5, 0.9}, options)
+                           .color};
   };
-  CHECK(gradient_check(device, draw, {splats.positions, splats.rotations, splats.colors, splats.harmonics}, {1e-6, 30, 1}) < 1e-5);
+  CHECK(gradient_check(device, draw, {splats.positions, splats.rotations, splats.colors, splats.harmonics},
+                       {1e-6, 30, 1}) < 1e-5);
 
   Tape tape(device, false);
   SplatScene seen = scene;
-  seen.colors = colors_seen_from(tape, camera.center(), splats.positions, splats.rotations, splats.colors,
-                                 splats.harmonics)
-                    .to_host<double>();
+  seen.colors =
+      colors_seen_from(tape, camera.center(), splats.positions, splats.rotations, splats.colors, splats.harmonics)
+          .to_host<double>();
   const ReferenceImage expected = reference_render(seen, camera, {0.2, 0.5, 0.9}, options);
   const Tensor ours = draw(tape, {splats.positions, splats.rotations, splats.colors, splats.harmonics})[0];
   CHECK(largest_difference(ours.to_host<double>(), expected.color) < 1e-9);
@@ -112,7 +114,8 @@ TEST_CASE("places without a direction and numbers that are none stay where they 
     input->set_requires_gradient();
   }
   Tape tape(device);
-  const Tensor colors = colors_seen_from(tape, center, scene.positions, scene.rotations, scene.base_colors, scene.harmonics);
+  const Tensor colors =
+      colors_seen_from(tape, center, scene.positions, scene.rotations, scene.base_colors, scene.harmonics);
   tape.backward(sum(tape, colors));
   const std::vector<double> seen = colors.to_host<double>(), base = scene.base_colors.to_host<double>();
   CHECK(std::isnan(seen[3]));
