@@ -107,7 +107,8 @@ std::vector<Row> measure_stages(DeviceOptions options, const Subject& subject, c
     before = now(Clock::Wall);
   });
   std::vector<Row> rows;
-  for (const auto& [name, samples] : times) {
+  for (auto& [name, samples] : times) {
+    samples.resize(measurements);  // 0 where a measurement had none of it
     Row row;
     row.name = name;
     row.time = timing_of(samples);

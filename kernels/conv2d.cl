@@ -84,7 +84,7 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
   const int height = (s.target_height - phase_y + s.target_step.y - 1) / s.target_step.y;
   const int width = (s.target_width - phase_x + s.target_step.x - 1) / s.target_step.x;
   const int count = s.batch * height * width;
-  if (group >= s.groups || phase_y >= s.target_step.y) return;
+  if (group >= s.groups || phase_y >= s.target_step.y || count == 0) return;
 
   // First tap of the phase on each axis, and the source position it reads at lattice position 0.
   const int tap_y = (s.kernel_size.y * s.target_step.y - phase_y - s.lead.y) % s.target_step.y;

@@ -14,7 +14,7 @@ typedef struct {
   int batch, height, width, channels;  // of the input, channels of all groups
   int output_height, output_width, output_channels;  // folded, as is what follows
   int groups, kernel_height, kernel_width, stride_y, stride_x, padding;
-  int units_per_item;  // (kernel row, block of ROWS pairs) an item does
+  int units_per_item;  // (kernel row, tap unless those are merged, block of ROWS pairs) an item does
   int rows_per_split;  // output rows (of all images) summed into one partial result
   int rows_per_pass;   // output rows summed in registers before the partial result is touched
 } WeightGradient;
@@ -38,7 +38,7 @@ inline int end_column(const int tap, const WeightGradient s) {
   return min(s.output_width, (s.width - 1 + s.padding - tap + s.stride_x) / s.stride_x);
 }
 
-// partial (splits, groups, kernel, kernel, channels / group, output channels / group): each split's weight gradient.
+// partial (splits, groups, kernel height, kernel width, channels / group, output channels / group): each split's weight gradient.
 // gradient: of the output before its activation.
 // Launch: (panels * groups, items over units, splits); local size free, {1, 1, 1} on CPUs.
 kernel void weight_gradient(global const REAL* input, global const REAL* gradient, global REAL* partial,
@@ -95,8 +95,9 @@ kernel void weight_gradient(global const REAL* input, global const REAL* gradien
       const int last_tap = merged ? (first_pair + block_pairs - 1) / depth : kx;
       const int any_begin = first_column(last_tap, s), any_end = max(any_begin, end_column(first_tap, s));
       const int all_begin = merged ? min(first_column(first_tap, s), any_end) : any_begin;
-      // A load of less than a panel that reaches into the next pixel does no harm, but must not leave the array.
-      const int whole = lanes < PANEL ? s.output_width - 1 : s.output_width;
+      // A load that reaches into the next pixels does no harm, but must not leave the array.
+      const int excess = max(0, group * output_depth + (panel + 1) * PANEL - s.output_channels);
+      const int whole = s.output_width - (excess + s.output_channels - 1) / s.output_channels;
       const int all_end = max(all_begin, min(whole, merged ? end_column(last_tap, s) : any_end));
       const int step = s.stride_x * s.channels;
       global REAL* const result = results + ((long)(ky * taps + kx) * pairs + first_pair) * output_depth;

@@ -57,8 +57,8 @@ REALV load_padded(global const REAL* image, const int row, const int column, con
   const int rest = row_length - column;
   global const REAL* values = image + (long)row * row_length + column;
   if (rest >= V) return LOAD_VECTOR(0, values);
-  // Behind every row but the last lies the next one.
-  if (row + 1 < height) return LANE_NUMBERS < (REALV)rest ? LOAD_VECTOR(0, values) : (REALV)0;
+  // Behind a row lie the next ones.
+  if ((long)(height - row) * row_length - column >= V) return LANE_NUMBERS < (REALV)rest ? LOAD_VECTOR(0, values) : (REALV)0;
   REAL lanes[V];
   for (int lane = 0; lane < V; ++lane) lanes[lane] = lane < rest ? values[lane] : 0;
   return LOAD_VECTOR(0, lanes);

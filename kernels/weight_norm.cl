@@ -3,7 +3,7 @@
 //   dv = gain[o] * dw / ||v|| - v * (sum_o gain[o] s[o]) / ||v||^3
 // Layout: v and w are (groups, rows, columns), an element's output o = group * columns + column; gain is (groups * columns).
 // norm[0] = ||v||, norm[1] = 1 / ||v||.
-// Large tensors take a kernel for every pass; small ones, which most of a network's are, one work-group for all of them:
+// Large tensors take a kernel for every pass; small ones, which most of a network's are, one work-group for all:
 // there launches would cost more than the work.
 // -D GROUP: items of that work-group, a power of two; 1 when WIDE.
 // Deterministic: every sum has a fixed order that depends on the sizes only.

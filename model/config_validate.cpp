@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/error.h"
+#include "host/ops/harmonics.h"
 #include "model/config.h"
 
 namespace degas {
@@ -40,7 +41,8 @@ void validate_net(const NetConfig& net, const Checker& check) {
   const int r = net.resolution;
   check.require(r >= 128 && r <= 4096 && (r & (r - 1)) == 0, "net.resolution", r, "a power of two from 128 to 4096");
   check.require(net.width > 0 && net.width <= 8, "net.width", net.width, "above 0 and at most 8");
-  check.require(net.color_degree >= 0 && net.color_degree <= 3, "net.color_degree", net.color_degree, "from 0 to 3");
+  check.require(net.color_degree >= 0 && net.color_degree <= largest_harmonic_degree, "net.color_degree",
+                net.color_degree, "from 0 to 3");
   check.channels("net.pvm_channels", net.pvm_channels, 3);
   check.channels("net.pve_channels", net.pve_channels, 0);
   check.channels("net.pve_decoder_channels", net.pve_decoder_channels, 0);

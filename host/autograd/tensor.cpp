@@ -106,6 +106,11 @@ Tensor Tensor::reshaped(Shape shape) const {
   return view;
 }
 
+const Memory& Tensor::memory() const {
+  if (!memory_) throw std::logic_error(fmt::format("[tensor] the values of {} were given back", to_string(shape_)));
+  return *memory_;
+}
+
 Tensor Tensor::without_values() const {
   Tensor rest = *this;
   rest.memory_.reset();

@@ -43,7 +43,8 @@ class Tensor {
   int64_t size() const { return element_count(shape_); }
   Element element() const { return element_; }
   size_t bytes() const;
-  const Memory& memory() const { return *memory_; }
+  /// Throws std::logic_error for a tensor without_values.
+  const Memory& memory() const;
 
   /// The same memory and gradient under another shape of the same size.
   Tensor reshaped(Shape shape) const;

@@ -131,7 +131,7 @@ class Device {
   std::shared_ptr<Memory> allocate(size_t bytes);
   MemoryPool::Statistics memory_statistics() const { return pool_->statistics(); }
 
-  /// At least so many bytes of zeros, for kernels to read.
+  /// At least so many bytes of zeros, for kernels to read and never to write; valid until a call asks for more.
   const Memory& zeros(size_t bytes);
 
   /// Copies host bytes into a private staging area and queues the transfer: returns at once.

@@ -22,15 +22,18 @@ void require(const Tensor& tensor, int64_t rows, int64_t columns, const char* na
 /// (N,K,3) of a map of 3 K channels at the covered texels.
 Tensor gather_harmonics(Tape& tape, const Tensor& map, const Tensor& texels) {
   const int count = static_cast<int>(texels.size()), channels = static_cast<int>(map.dim(-1));
+  if (channels % 3 != 0) throw std::logic_error(fmt::format("[assemble] {} channels of harmonics", channels));
   const Tensor harmonics(tape.device(), {count, channels / 3, 3});
   launch(tape.device(), "gather_harmonics", count, map, texels, harmonics, channels);
-  tape.record("gather_harmonics", {map}, {harmonics}, [=](Tape& tape) {
-    tape.accumulate(map, [&](Tensor gradient) {
-      gradient.fill_zero();
-      launch(tape.device(), "gather_harmonics_backward", count, tape.gradient_or_zeros(harmonics), texels, gradient,
-             channels);
-    });
-  });
+  tape.record(
+      "gather_harmonics", {map}, {harmonics},
+      [map = map.without_values(), harmonics = harmonics.without_values(), texels, count, channels](Tape& tape) {
+        tape.accumulate(map, [&](Tensor gradient) {
+          gradient.fill_zero();
+          launch(tape.device(), "gather_harmonics_backward", count, tape.gradient_or_zeros(harmonics), texels, gradient,
+                 channels);
+        });
+      });
   return harmonics;
 }
 
@@ -48,34 +51,40 @@ CanonicalGaussians assemble(Tape& tape, const AssemblyMaps& maps, const Gaussian
   require(base.log_scales, count, 3, "base log-scales");
 
   Device& device = tape.device();
-  CanonicalGaussians output{Tensor(device, {count, 3}), Tensor(device, {count, 4}), Tensor(device, {count, 3}),
-                                  Tensor(device, {count}),    Tensor(device, {count, 3}), Tensor(device, {count, 3}),
-                                  Tensor(device, {count}),    {}};
+  CanonicalGaussians output{
+      Tensor(device, {count, 3}), Tensor(device, {count, 4}), Tensor(device, {count, 3}), Tensor(device, {count}),
+      Tensor(device, {count, 3}), Tensor(device, {count, 3}), Tensor(device, {count}),    {}};
   launch(device, "assemble_forward", count, maps.positions, maps.rotations_scales, maps.colors_opacities, base.texels,
          base.positions, base.rotations, base.log_scales, output.positions, output.rotations, output.log_scales,
          output.opacities, output.colors, output.offsets, output.opacity_logits, options.offset_scale,
          options.rotation_scale);
+  // What backward does not read is given back.
+  const Tensor position_map = maps.positions.without_values(), color_map = maps.colors_opacities.without_values();
+  CanonicalGaussians kept = output;
+  for (Tensor* tensor : {&kept.positions, &kept.rotations, &kept.log_scales, &kept.offsets, &kept.opacity_logits}) {
+    *tensor = tensor->without_values();
+  }
   tape.record("assemble", {maps.positions, maps.rotations_scales, maps.colors_opacities},
               {output.positions, output.rotations, output.log_scales, output.opacities, output.colors, output.offsets,
                output.opacity_logits},
-              [=](Tape& tape) {
+              [=, rotation_map = maps.rotations_scales](Tape& tape) {
                 Device& device = tape.device();
-                tape.accumulate(maps.positions, [&](Tensor gradient) {
+                tape.accumulate(position_map, [&](Tensor gradient) {
                   gradient.fill_zero();
-                  launch(device, "assemble_positions_backward", count, tape.gradient_or_zeros(output.positions),
-                         tape.gradient_or_zeros(output.offsets), base.texels, gradient, options.offset_scale);
+                  launch(device, "assemble_positions_backward", count, tape.gradient_or_zeros(kept.positions),
+                         tape.gradient_or_zeros(kept.offsets), base.texels, gradient, options.offset_scale);
                 });
-                tape.accumulate(maps.rotations_scales, [&](Tensor gradient) {
+                tape.accumulate(rotation_map, [&](Tensor gradient) {
                   gradient.fill_zero();
-                  launch(device, "assemble_rotations_backward", count, tape.gradient_or_zeros(output.rotations),
-                         tape.gradient_or_zeros(output.log_scales), maps.rotations_scales, base.rotations, base.texels,
-                         gradient, options.rotation_scale);
+                  launch(device, "assemble_rotations_backward", count, tape.gradient_or_zeros(kept.rotations),
+                         tape.gradient_or_zeros(kept.log_scales), rotation_map, base.rotations, base.texels, gradient,
+                         options.rotation_scale);
                 });
-                tape.accumulate(maps.colors_opacities, [&](Tensor gradient) {
+                tape.accumulate(color_map, [&](Tensor gradient) {
                   gradient.fill_zero();
-                  launch(device, "assemble_colors_backward", count, tape.gradient_or_zeros(output.colors),
-                         tape.gradient_or_zeros(output.opacities), tape.gradient_or_zeros(output.opacity_logits),
-                         output.colors, output.opacities, base.texels, gradient);
+                  launch(device, "assemble_colors_backward", count, tape.gradient_or_zeros(kept.colors),
+                         tape.gradient_or_zeros(kept.opacities), tape.gradient_or_zeros(kept.opacity_logits),
+                         kept.colors, kept.opacities, base.texels, gradient);
                 });
               });
   if (maps.harmonics.defined()) {

@@ -38,7 +38,7 @@ struct GatherBlock {
 
 GatherBlock gather_block(const Device& device, int depth) {
   if (!device.is_wide()) return {8, 1, 1};
-  // Twelve to sixteen sums fit; the fewest idle lanes win, and of equal ones the block with the fewest loads.
+  // Up to sixteen sums fit; the fewest idle lanes win, and of equal ones the block with the fewest loads.
   constexpr GatherBlock blocks[] = {{4, 4, 64}, {4, 3, 48}, {6, 2, 32}, {8, 1, 16}};
   return *std::min_element(std::begin(blocks), std::end(blocks), [&](const GatherBlock& a, const GatherBlock& b) {
     const auto cost = [&](const GatherBlock& block) {

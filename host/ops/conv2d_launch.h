@@ -38,7 +38,7 @@ void conv2d_backward_weight(const Conv2dGeometry& geometry, const Tensor& input,
                             const Tensor& weight_gradient);
 void conv2d_backward_bias(const Conv2dGeometry& geometry, BiasKind kind, const Tensor& gradient,
                           const Tensor& bias_gradient);
-/// pre_activation = gradient of the value before the leaky ReLU, told from the sign of its output.
+/// pre_activation = gradient of the value before the leaky ReLU, told from the sign of its output; may be `gradient`.
 void conv2d_backward_activation(const Tensor& gradient, const Tensor& output, double negative_slope,
                                 const Tensor& pre_activation);
 

@@ -29,8 +29,7 @@ Tensor sample_latent(Tape& tape, const Tensor& mean, const Tensor& log_deviation
   launch("sample_latent", code, mean, log_deviation, noise, code);
   tape.record("sample_latent", {mean, log_deviation}, {code}, [=](Tape& tape) {
     const Tensor gradient = code.gradient();
-    tape.accumulate(
-        mean, [&](const Tensor& target) { tape.device().copy(gradient.memory(), target.memory(), gradient.bytes()); });
+    tape.accumulate(mean, gradient);
     tape.accumulate(log_deviation, [&](const Tensor& target) {
       launch("sample_latent_backward", target, log_deviation, noise, gradient, target);
     });

@@ -14,8 +14,10 @@ struct Layout {
   int outputs() const { return groups * columns; }
 };
 
-/// Up to here one work-group does a whole pass.
-constexpr int64_t small_size = 1 << 16;
+/// Elements up to which one work-group does a whole pass: a GPU has more of them to keep busy.
+int64_t small_size(const Device& device) {
+  return device.is_wide() ? 1 << 16 : 1 << 13;
+}
 
 int group_size(const Device& device) {
   return device.is_wide() ? 1 : 256;
@@ -92,7 +94,7 @@ Tensor weight_norm(Tape& tape, const Tensor& v, const Tensor& gain, int groups) 
   }
   Device& device = tape.device();
   const Tensor norm(device, {2}), output(device, v.shape());
-  const bool is_small = v.size() <= small_size;
+  const bool is_small = v.size() <= small_size(device);
   if (is_small) {
     launch_small("weight_norm_small", layout, v, gain, norm, output);
   } else {

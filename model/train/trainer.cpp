@@ -148,12 +148,14 @@ Trainer::Step Trainer::train_step(const LoadedStep& loaded, double fraction) {
   device_.set_stage({"optimiser"});
   const double factor = learning_rate_factor(fraction);
   optimiser_.step({factor * config_.train.learning_rate, factor * config_.train.pose_learning_rate});
+  device_.set_stage({});
   return {terms, decoded.gaussians};
 }
 
 double Trainer::validation_psnr() {
   const size_t count = std::min<size_t>(validation_views, views_.validation.size());
   double total = 0;
+  device_.set_stage({"validation"});
   for (size_t i = 0; i < count; ++i) {
     const FrameCamera& view = views_.validation[i * views_.validation.size() / count];
     const TrainingPicture picture = preparer_.picture(capture_.load(view.frame, view.camera), white);
@@ -164,6 +166,7 @@ double Trainer::validation_psnr() {
         draw(tape, posed_splats(tape, signal, avatar_.decode(tape, signal).gaussians, view.frame), picture);
     total += psnr(image.color.to_host<float>(), target_of(device_, picture).to_host<float>());
   }
+  device_.set_stage({});
   return total / static_cast<double>(count);
 }
 

@@ -54,7 +54,8 @@ TEST_CASE("faults of a file are one line that names file, key and remedy") {
   CHECK_THROWS_WITH(fault("[1]"), Contains("an object of sections"));
   CHECK_THROWS_WITH(fault(R"({"net": {"resolution": 300}})"),
                     "f.json: 'net.resolution' is 300; it must be a power of two from 128 to 4096");
-  CHECK_THROWS_WITH(fault(R"({"net": {"color_degree": 4}})"), "f.json: 'net.color_degree' is 4; it must be from 0 to 3");
+  CHECK_THROWS_WITH(fault(R"({"net": {"color_degree": 4}})"),
+                    "f.json: 'net.color_degree' is 4; it must be from 0 to 3");
   CHECK_THROWS_WITH(fault(R"({"loss": {"scale_floor": 10}})"),
                     "f.json: 'loss.scale_floor' is 10; it must be above 0 and below loss.scale_limit");
   CHECK_THROWS_WITH(fault(R"({"net": {"decoder_channels": [64, 32]}})"), Contains("'net.decoder_channels' is 2"));

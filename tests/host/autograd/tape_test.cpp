@@ -71,3 +71,13 @@ TEST_CASE("a repeated step allocates nothing on the device") {
   for (int i = 0; i < 3; ++i) step();
   CHECK(device.memory_statistics().device_allocations == allocations);
 }
+
+TEST_CASE("a tensor that gave its values back keeps its shape and gradient, and says so when it is read") {
+  Device& device = test::device(KernelSet::Wide);
+  Tensor x = random_tensor(device, {4}, 1);
+  const Tensor rest = x.without_values();
+  CHECK(rest.shape() == x.shape());
+  x.set_gradient(Tensor::zeros(device, {4}));
+  CHECK(rest.has_gradient());
+  CHECK_THROWS_AS(rest.to_host<float>(), std::logic_error);
+}

@@ -123,6 +123,9 @@ TEST_CASE("conv2d gradients pass finite differences") {
       {1, 9, 9, 2, 3, 2, {4, 5, 1, 0.5}, Bias::Untied},
       {1, 4, 4, 40, 36, 1, {1, 0, 1, 1}, Bias::None},
       {1, 3, 5, 64, 24, 1, {2, 0, 1, 1}, Bias::None},
+      // Phases without a pixel; a load would reach over several pixels behind the last.
+      {1, 1, 1, 4, 3, 3, {2, 1, 1, 0.2}, Bias::Tied},
+      {1, 4, 63, 1, 1, 3, {1, 1, 1, 1}, Bias::None},
       // Narrow enough for several pixels to a vector.
       {1, 3, 12, 3, 3, 3, {1, 1, 1, 0.2}, Bias::Untied},
       {2, 6, 12, 3, 8, 3, {2, 1, 1, 0.2}, Bias::Tied},

@@ -24,7 +24,8 @@ double gradient_error(Device& device, const SplatScene& scene, const Camera& cam
   options.smooth_cutoff = true;
   SplatWorkspace workspace;
   const auto draw = [&](Tape& tape, const std::vector<Tensor>& in) {
-    const SplatImage image = splat(tape, workspace, {in[0], in[1], in[2], in[3], in[4], {}}, camera, background, options);
+    const SplatImage image =
+        splat(tape, workspace, {in[0], in[1], in[2], in[3], in[4], {}}, camera, background, options);
     return std::vector{image.color, image.alpha};
   };
   const Splats s = scene.upload(device);

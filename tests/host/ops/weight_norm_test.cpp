@@ -22,7 +22,8 @@ struct Case {
 TEST_CASE("weight_norm equals the plain loop") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const Case c =
-      GENERATE(Case{1, 3, 5, 3}, Case{3, 3, 7, 17}, Case{2, 1, 16, 16}, Case{1, 1, 1, 1}, Case{1, 1, 300, 129});
+      GENERATE(Case{1, 3, 5, 3}, Case{3, 3, 7, 17}, Case{2, 1, 16, 16}, Case{1, 1, 1, 1}, Case{1, 1, 300, 129},
+               Case{1, 1, 300, 257}, Case{3, 3, 90, 33});
   const Tensor v = random_tensor(device, c.shape(), 1), gain = random_tensor(device, {c.groups * c.outputs}, 2);
   const std::vector<double> values = v.to_host<double>(), g = gain.to_host<double>();
   double square = 0;
@@ -64,11 +65,14 @@ TEST_CASE("weight_norm of zeros is zeros, with a finite gradient") {
 
 TEST_CASE("weight_norm's gradient passes finite differences") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
-  const Case c = GENERATE(Case{1, 3, 5, 3}, Case{3, 3, 5, 17}, Case{2, 1, 16, 16}, Case{1, 1, 70, 33});
+  const Case c = GENERATE(Case{1, 3, 5, 3}, Case{3, 3, 5, 17}, Case{2, 1, 16, 16}, Case{1, 1, 70, 33},
+                          Case{1, 1, 300, 257}, Case{3, 3, 90, 33});
   const Tensor v = random_tensor(device, c.shape(), 1).set_requires_gradient();
   const Tensor gain = random_tensor(device, {c.groups * c.outputs}, 2).set_requires_gradient();
   const auto function = [&](Tape& tape, const std::vector<Tensor>& in) {
     return std::vector{weight_norm(tape, in[0], in[1], c.groups)};
   };
-  CHECK(gradient_check(device, function, {v, gain}) < 1e-6);
+  // In units of the norm, which is about the root of the size: smaller steps drown in the rounding of large sums.
+  const double step = 1e-5 * std::sqrt(static_cast<double>(v.size()));
+  CHECK(gradient_check(device, function, {v, gain}, {.step = step}) < 1e-6);
 }

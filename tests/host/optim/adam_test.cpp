@@ -1,7 +1,10 @@
 #include "host/optim/adam.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "host/io/npz.h"
 #include "tests/support/test_devices.h"
@@ -170,4 +173,39 @@ TEST_CASE("plain clipping scales to the bound itself; 0 switches it off") {
   CHECK(largest_difference(moment_after({.clip_above = 2, .clip_to = 2}), {0.12, 0.16}) < 1e-6);
   CHECK(largest_difference(moment_after({.clip_above = 0}), {3, 4}) < 1e-6);
   CHECK(largest_difference(moment_after({}), {0.006, 0.008}) < 1e-6);
+}
+
+TEST_CASE("parameters that share launches get the bits that each gets alone") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const AdamOptions options{.clip_above = 0};  // whose norm is over all of them
+  std::vector<int64_t> sizes;
+  for (int i = 0; i < 17; ++i) sizes.push_back(1 + 2 * i);  // more than a launch takes
+  for (int i = 0; i < 3; ++i) sizes.push_back(6 * 4096);    // more blocks than a launch takes
+  Adam together(device, options);
+  std::vector<std::unique_ptr<Adam>> alone;
+  std::vector<Tensor> shared, single;
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    const auto seed = static_cast<unsigned>(i);
+    shared.push_back(random_tensor(device, {sizes[i]}, seed));
+    single.push_back(random_tensor(device, {sizes[i]}, seed));
+    const int group = i % 7 == 3 ? 1 : 0;
+    together.add(fmt::format("{:02}", i), shared.back(), group);
+    alone.push_back(std::make_unique<Adam>(device, options));
+    alone.back()->add("it", single.back(), group);
+  }
+  for (unsigned step = 0; step < 4; ++step) {
+    for (size_t i = 0; i < sizes.size(); ++i) {
+      if (step % 2 == 1 && i % 3 == 0) continue;  // has no gradient
+      const std::vector<double> gradient = random_values(sizes[i], 100 * step + static_cast<unsigned>(i));
+      give_gradient(shared[i], gradient);
+      give_gradient(single[i], gradient);
+      alone[i]->step({1e-3, 2e-3});
+    }
+    together.step({1e-3, 2e-3});
+  }
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    CAPTURE(i);
+    const bool same = shared[i].to_host<float>() == single[i].to_host<float>();
+    CHECK(same);
+  }
 }
