@@ -66,9 +66,9 @@ inline REAL3 basis_gradient(const REAL x, const REAL y, const REAL z, const REAL
 }
 
 typedef struct {
-  REAL3 direction;      // unit, from the camera to the Gaussian
-  REAL3 own_direction;  // the same in the Gaussian's axes
-  REAL4 rotation;       // unit
+  REAL3 direction;         // unit, from the camera to the Gaussian
+  REAL3 own_direction;     // the same in the Gaussian's axes
+  REAL4 rotation;          // unit
   REAL4 row0, row1, row2;  // of its matrix
   REAL inverse_distance, inverse_norm;
 } View;
@@ -107,58 +107,33 @@ inline REAL3 through_clamp(const REAL3 d_color, const REAL3 color) {
   return select((REAL3)(0), d_color, color > (REAL3)(0));
 }
 
-kernel void base_colors_backward(global const REAL* d_colors, global const REAL* colors, global REAL* d_base_colors,
-                                 const int count) {
-  GAUSSIAN_OR_RETURN;
-  vstore3(through_clamp(vload3(i, d_colors), vload3(i, colors)), i, d_base_colors);
-}
-
-kernel void harmonics_backward(global const REAL* d_colors, global const REAL* colors, global const REAL* positions,
-                               global const REAL* rotations, global REAL* d_harmonics, const REAL camera_x,
-                               const REAL camera_y, const REAL camera_z, const int count) {
+// The gradients of all that colors_forward read. A splat that is not drawn has no gradient, even where its position is
+// not finite.
+kernel void colors_backward(global const REAL* d_colors, global const REAL* colors, global const REAL* positions,
+                            global const REAL* rotations, global const REAL* harmonics, global REAL* d_positions,
+                            global REAL* d_rotations, global REAL* d_base_colors, global REAL* d_harmonics,
+                            const REAL camera_x, const REAL camera_y, const REAL camera_z, const int count) {
   GAUSSIAN_OR_RETURN;
   const REAL3 d_color = through_clamp(vload3(i, d_colors), vload3(i, colors));
+  const bool seen = any(d_color != (REAL3)(0));
   const View view = view_of(positions, rotations, (REAL3)(camera_x, camera_y, camera_z), i);
-  REAL basis[COEFFICIENTS];
+  vstore3(d_color, i, d_base_colors);
+
+  REAL basis[COEFFICIENTS], weights[COEFFICIENTS];
   basis_at(view.own_direction.x, view.own_direction.y, view.own_direction.z, basis);
-  // A splat that is not drawn has no gradient, even where its position is not finite.
-  const bool seen = any(d_color != (REAL3)(0));
   for (int j = 0; j < COEFFICIENTS; ++j) {
-    vstore3(seen ? basis[j] * d_color : (REAL3)(0), (long)i * COEFFICIENTS + j, d_harmonics);
+    const long at = (long)i * COEFFICIENTS + j;
+    weights[j] = dot(d_color, vload3(at, harmonics));
+    vstore3(seen ? basis[j] * d_color : (REAL3)(0), at, d_harmonics);
   }
-}
 
-// Gradient of view.own_direction.
-inline REAL3 own_gradient(const View view, const REAL3 d_color, global const REAL* harmonics, const int i) {
-  REAL weights[COEFFICIENTS];
-  for (int j = 0; j < COEFFICIENTS; ++j) {
-    weights[j] = dot(d_color, vload3((long)i * COEFFICIENTS + j, harmonics));
-  }
-  return basis_gradient(view.own_direction.x, view.own_direction.y, view.own_direction.z, weights);
-}
-
-kernel void positions_backward(global const REAL* d_colors, global const REAL* colors, global const REAL* positions,
-                               global const REAL* rotations, global const REAL* harmonics, global REAL* d_positions,
-                               const REAL camera_x, const REAL camera_y, const REAL camera_z, const int count) {
-  GAUSSIAN_OR_RETURN;
-  const REAL3 d_color = through_clamp(vload3(i, d_colors), vload3(i, colors));
-  const View view = view_of(positions, rotations, (REAL3)(camera_x, camera_y, camera_z), i);
-  const REAL3 own = own_gradient(view, d_color, harmonics, i);
+  const REAL3 own = basis_gradient(view.own_direction.x, view.own_direction.y, view.own_direction.z, weights);
   const REAL3 world = (REAL3)(dot(view.row0.xyz, own), dot(view.row1.xyz, own), dot(view.row2.xyz, own));
-  const bool seen = any(d_color != (REAL3)(0));
   vstore3(seen ? view.inverse_distance * (world - dot(world, view.direction) * view.direction) : (REAL3)(0), i,
           d_positions);
-}
 
-kernel void rotations_backward(global const REAL* d_colors, global const REAL* colors, global const REAL* positions,
-                               global const REAL* rotations, global const REAL* harmonics, global REAL* d_rotations,
-                               const REAL camera_x, const REAL camera_y, const REAL camera_z, const int count) {
-  GAUSSIAN_OR_RETURN;
-  const REAL3 d_color = through_clamp(vload3(i, d_colors), vload3(i, colors));
-  const View view = view_of(positions, rotations, (REAL3)(camera_x, camera_y, camera_z), i);
-  const REAL4 own = (REAL4)(own_gradient(view, d_color, harmonics, i), 0);
-  const REAL4 d = quaternion_from_row_gradients(view.rotation, view.direction.x * own, view.direction.y * own,
-                                                view.direction.z * own);
-  const bool seen = any(d_color != (REAL3)(0));
+  const REAL4 turn = (REAL4)(own, 0);
+  const REAL4 d = quaternion_from_row_gradients(view.rotation, view.direction.x * turn, view.direction.y * turn,
+                                                view.direction.z * turn);
   vstore4(seen ? view.inverse_norm * (d - dot(d, view.rotation) * view.rotation) : (REAL4)(0), i, d_rotations);
 }

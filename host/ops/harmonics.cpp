@@ -37,24 +37,19 @@ Tensor colors_seen_from(Tape& tape, const Eigen::Vector3d& camera, const Tensor&
   const Tensor colors(device, {count, 3});
   launch(device, "colors_forward", positions, rotations, base_colors, harmonics, colors, camera.x(), camera.y(),
          camera.z());
-  tape.record("colors_seen_from", {positions, rotations, base_colors, harmonics}, {colors}, [=](Tape& tape) {
-    Device& device = tape.device();
-    const Tensor d_colors = tape.gradient_or_zeros(colors);
-    tape.accumulate(positions, [&](Tensor gradient) {
-      launch(device, "positions_backward", d_colors, colors, positions, rotations, harmonics, gradient, camera.x(),
-             camera.y(), camera.z());
-    });
-    tape.accumulate(rotations, [&](Tensor gradient) {
-      launch(device, "rotations_backward", d_colors, colors, positions, rotations, harmonics, gradient, camera.x(),
-             camera.y(), camera.z());
-    });
-    tape.accumulate(base_colors,
-                    [&](Tensor gradient) { launch(device, "base_colors_backward", d_colors, colors, gradient); });
-    tape.accumulate(harmonics, [&](Tensor gradient) {
-      launch(device, "harmonics_backward", d_colors, colors, positions, rotations, gradient, camera.x(), camera.y(),
-             camera.z());
-    });
-  });
+  tape.record("colors_seen_from", {positions, rotations, base_colors, harmonics}, {colors},
+              [=, base_colors = base_colors.without_values()](Tape& tape) {
+                const auto like = [&](const Tensor& tensor) { return Tensor(tape.device(), tensor.shape()); };
+                const Tensor d_positions = like(positions), d_rotations = like(rotations),
+                             d_base_colors = like(base_colors), d_harmonics = like(harmonics);
+                launch(tape.device(), "colors_backward", tape.gradient_or_zeros(colors), colors, positions, rotations,
+                       harmonics, d_positions, d_rotations, d_base_colors, d_harmonics, camera.x(), camera.y(),
+                       camera.z());
+                tape.accumulate(positions, d_positions);
+                tape.accumulate(rotations, d_rotations);
+                tape.accumulate(base_colors, d_base_colors);
+                tape.accumulate(harmonics, d_harmonics);
+              });
   return colors;
 }
 
