@@ -80,4 +80,21 @@ Tensor conv2d(Tape& tape, const Tensor& input, const Tensor& weight, const Tenso
   return output;
 }
 
+Tensor conv2d_weight_from_torch(Device& device, const Shape& shape, std::span<const float> values, double factor) {
+  if (shape.size() != 4 || shape[2] != shape[3] || element_count(shape) != static_cast<int64_t>(values.size())) {
+    throw std::logic_error(fmt::format("[conv2d] torch weight {} with {} numbers", to_string(shape), values.size()));
+  }
+  const int64_t outputs = shape[0], inputs = shape[1], taps = shape[2] * shape[3];
+  std::vector<double> weight(values.size());
+  for (int64_t output = 0; output < outputs; ++output) {
+    for (int64_t input = 0; input < inputs; ++input) {
+      for (int64_t tap = 0; tap < taps; ++tap) {
+        weight[(tap * inputs + input) * outputs + output] =
+            factor * static_cast<double>(values[(output * inputs + input) * taps + tap]);
+      }
+    }
+  }
+  return Tensor::from(device, {1, shape[2], shape[3], inputs, outputs}, std::span<const double>(weight));
+}
+
 }  // namespace degas

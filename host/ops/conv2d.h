@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "host/autograd/tape.h"
 
 namespace degas {
@@ -16,5 +18,8 @@ struct Conv2dOptions {
 /// (OutH, OutW, Cout); output (N, OutH, OutW, Cout) with OutH = (H + 2 padding - K) / stride + 1.
 /// Gradients for input, weight and bias. Shapes that do not fit throw std::logic_error.
 Tensor conv2d(Tape& tape, const Tensor& input, const Tensor& weight, const Tensor& bias, const Conv2dOptions& options);
+
+/// torch's (Cout,Cin,K,K) times `factor` in conv2d's layout, (1,K,K,Cin,Cout). std::logic_error for another shape.
+Tensor conv2d_weight_from_torch(Device& device, const Shape& shape, std::span<const float> values, double factor = 1);
 
 }  // namespace degas

@@ -55,22 +55,11 @@ Tensor feature_distance(Tape& tape, const Tensor& feature, const Tensor& target,
 }  // namespace
 
 Lpips::Convolution Lpips::upload(Device& device, const LpipsConvolution& source) {
-  const Shape& shape = source.shape;
-  if (shape.size() != 4 || shape[2] != shape[3] || element_count(shape) != static_cast<int64_t>(source.weight.size()) ||
-      shape[0] != static_cast<int64_t>(source.bias.size())) {
-    throw std::logic_error(fmt::format("[lpips] weight {} with {} numbers and {} biases", to_string(shape),
-                                       source.weight.size(), source.bias.size()));
+  const auto outputs = static_cast<int64_t>(source.bias.size());
+  if (source.shape.empty() || source.shape[0] != outputs) {
+    throw std::logic_error(fmt::format("[lpips] weight {} with {} biases", to_string(source.shape), outputs));
   }
-  const int64_t outputs = shape[0], inputs = shape[1], taps = shape[2] * shape[3];
-  std::vector<float> weight(source.weight.size());
-  for (int64_t output = 0; output < outputs; ++output) {
-    for (int64_t input = 0; input < inputs; ++input) {
-      for (int64_t tap = 0; tap < taps; ++tap) {
-        weight[(tap * inputs + input) * outputs + output] = source.weight[(output * inputs + input) * taps + tap];
-      }
-    }
-  }
-  return {Tensor::from(device, {1, shape[2], shape[3], inputs, outputs}, std::span<const float>(weight)),
+  return {conv2d_weight_from_torch(device, source.shape, source.weight),
           Tensor::from(device, {outputs}, std::span<const float>(source.bias)), source.stride, source.padding};
 }
 

@@ -1,0 +1,80 @@
+#include "host/io/onnx_model.h"
+
+#include <fmt/ranges.h>
+
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/dnn.hpp>
+
+#include "host/error.h"
+
+namespace degas {
+namespace {
+
+/// OpenCV's reasons run over several lines.
+std::string first_line(const std::string& text) {
+  return text.substr(0, text.find('\n'));
+}
+
+}  // namespace
+
+struct OnnxModel::Network {
+  cv::dnn::Net net;
+};
+
+OnnxModel::OnnxModel(const std::filesystem::path& path, const OnnxInput& input, const std::string& output)
+    : path_(path), input_(input), output_(output), network_(std::make_unique<Network>()) {
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  if (!std::filesystem::is_regular_file(path)) throw Error::format("{}: no such file", path.string());
+  std::vector<std::string> names;
+  try {
+    network_->net = cv::dnn::readNetFromONNX(path.string());
+    names = network_->net.getUnconnectedOutLayersNames();
+  } catch (const cv::Exception& error) {
+    throw Error::format("{}: is no ONNX network that OpenCV {} reads: {}", path.string(), CV_VERSION,
+                        first_line(error.err));
+  }
+  const Image8 empty = Image8::black(input.side, input.side, 3);
+  size_t largest = 0;
+  for (const std::string& name : names) {
+    if (!output.empty() && name != output) continue;
+    const size_t size = run(empty, name).size();
+    if (size > largest) output_ = name;
+    largest = std::max(largest, size);
+  }
+  if (largest == 0)
+    throw Error::format("{}: no output '{}'; outputs here: {}", path.string(), output, fmt::join(names, ", "));
+  output_size_ = static_cast<int>(largest);
+}
+
+OnnxModel::~OnnxModel() = default;
+
+std::vector<float> OnnxModel::run(const Image8& picture, const std::string& output) {
+  if (picture.width != input_.side || picture.height != input_.side || picture.channels != 3) {
+    throw std::logic_error("[onnx model] a picture of another size than the input");
+  }
+  const int sizes[] = {1, 3, input_.side, input_.side};
+  cv::Mat blob(4, sizes, CV_32F);
+  const size_t pixels = static_cast<size_t>(input_.side) * static_cast<size_t>(input_.side);
+  for (size_t channel = 0; channel < 3; ++channel) {
+    float* plane = blob.ptr<float>(0, static_cast<int>(channel));
+    for (size_t i = 0; i < pixels; ++i) {
+      plane[i] = static_cast<float>((picture.pixels[3 * i + channel] - input_.mean[channel]) * input_.scale[channel]);
+    }
+  }
+  try {
+    network_->net.setInput(blob);
+    const cv::Mat result = network_->net.forward(output);
+    if (result.depth() != CV_32F) throw Error::format("{}: output '{}' is not of float32", path_.string(), output);
+    const cv::Mat row = result.isContinuous() ? result : result.clone();
+    return {row.ptr<float>(), row.ptr<float>() + row.total()};
+  } catch (const cv::Exception& error) {
+    throw Error::format("{}: fails on a picture of {}x{}: {}; is --input right?", path_.string(), input_.side,
+                        input_.side, first_line(error.err));
+  }
+}
+
+std::vector<float> OnnxModel::operator()(const Image8& picture) {
+  return run(picture, output_);
+}
+
+}  // namespace degas

@@ -1,0 +1,58 @@
+#include "host/io/onnx_model.h"
+
+#include "host/error.h"
+#include "host/io/file_bytes.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_devices.h"
+
+using namespace degas;
+using namespace degas::test;
+using Catch::Contains;
+
+namespace {
+
+const std::string channel_means = std::string(DEGAS_TEST_VECTORS) + "/io/channel_means.onnx";
+
+Image8 even_picture(int side, uint8_t red, uint8_t green, uint8_t blue) {
+  Image8 picture = Image8::black(side, side, 3);
+  for (size_t i = 0; i < picture.pixels.size(); i += 3) {
+    picture.pixels[i] = red;
+    picture.pixels[i + 1] = green;
+    picture.pixels[i + 2] = blue;
+  }
+  return picture;
+}
+
+}  // namespace
+
+TEST_CASE("a network is given RGB with mean and scale by channel, and its largest output is taken") {
+  OnnxModel model(channel_means, {16, {10, 20, 30}, {0.5, 0.25, 2}});
+  CHECK(model.output_size() == 4);
+  const std::vector<float> numbers = model(even_picture(16, 110, 60, 31));
+  const float red = 50, green = 10, blue = 2;
+  REQUIRE(numbers.size() == 4);
+  CHECK(numbers[0] == Approx(red));
+  CHECK(numbers[1] == Approx(green));
+  CHECK(numbers[2] == Approx(blue));
+  CHECK(numbers[3] == Approx(red + 2 * green + 4 * blue));
+  OnnxModel by_name(channel_means, {16, {0, 0, 0}, {1, 1, 1}}, "sum");
+  CHECK(by_name(even_picture(16, 1, 2, 3)) == std::vector<float>{6});
+}
+
+TEST_CASE("what is no network, or takes another input, is named") {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "text.onnx", std::vector<std::byte>(100, std::byte{'x'}));
+  CHECK_THROWS_WITH(OnnxModel(folder / "none.onnx", {}), Contains("none.onnx: no such file"));
+  CHECK_THROWS_WITH(OnnxModel(folder / "text.onnx", {}), Contains("text.onnx: is no ONNX network that OpenCV"));
+  CHECK_THROWS_WITH(OnnxModel(channel_means, {16}, "codes"),
+                    Contains("no output 'codes'; outputs here: ") && Contains("code"));
+}
+
+TEST_CASE("the face landmarks of a picture: 478 points in the picture") {
+  const std::string path = data_path("weights/face_landmarks_detector.onnx");
+  if (path.empty()) return;
+  OnnxModel model(path, {});
+  CHECK(model.output_size() == 3 * 478);
+  const std::vector<float> numbers = model(even_picture(256, 200, 150, 120));
+  CHECK(std::all_of(numbers.begin(), numbers.end(), [](float value) { return value > -256 && value < 512; }));
+}
