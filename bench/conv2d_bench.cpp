@@ -94,38 +94,32 @@ Tensor numbers(Device& device, Shape shape) {
   return Tensor::from(device, std::move(shape), std::span<const float>(values));
 }
 
-Timing measure_ours(Device& device, const Layer& layer, Direction direction, const MeasureOptions& options) {
+Timing measure_ours(Bench& bench, const Layer& layer, Direction direction) {
   const Conv2dGeometry g = layer.geometry();
+  Device& device = bench.device;
   const Tensor input = numbers(device, {1, g.height, g.width, g.channels});
   const Tensor weight = numbers(device, {g.groups, g.kernel_size, g.kernel_size, g.depth(), g.output_depth()});
   const Tensor output = numbers(device, g.output_shape());
   const Tensor bias = layer.bias == tied ? numbers(device, {g.output_channels})
                                          : numbers(device, {g.output_height, g.output_width, g.output_channels});
-  return measure(
-      [&] {
-        switch (direction) {
-          case Direction::Forward:
-            return conv2d_forward(g, input, weight, Tensor(), BiasKind::None, 1, output);
-          case Direction::FusedForward:
-            return conv2d_forward(g, input, weight, bias, layer.bias, 0.2, output);
-          case Direction::BackwardInput:
-            return conv2d_backward_input(g, output, weight, input);
-          case Direction::BackwardWeight:
-            return conv2d_backward_weight(g, input, output, weight);
-        }
-      },
-      [&] { device.finish(); }, options);
+  return bench.time([&] {
+    switch (direction) {
+      case Direction::Forward:
+        return conv2d_forward(g, input, weight, Tensor(), BiasKind::None, 1, output);
+      case Direction::FusedForward:
+        return conv2d_forward(g, input, weight, bias, layer.bias, 0.2, output);
+      case Direction::BackwardInput:
+        return conv2d_backward_input(g, output, weight, input);
+      case Direction::BackwardWeight:
+        return conv2d_backward_weight(g, input, output, weight);
+    }
+  });
 }
 
 }  // namespace
 
 int main(int count, char** values) {
-  const Arguments arguments = parse_arguments(count, values);
-  DeviceOptions options;
-  options.selector = arguments.device;
-  Device device(options);
-  const MeasureOptions measure_options{.clock = arguments.clock};
-  Report report("conv2d on " + device.description().name, measure_fma_peak(device, arguments.clock));
+  Bench bench(count, values, "conv2d");
   for (const Layer& layer : layers) {
     for (const Direction direction :
          {Direction::Forward, Direction::FusedForward, Direction::BackwardInput, Direction::BackwardWeight}) {
@@ -133,22 +127,22 @@ int main(int count, char** values) {
       Row row;
       row.name = fmt::format("{} {}", layer.name, name_of(direction));
       row.kind = name_of(direction);
-      if (row.name.find(arguments.filter) == std::string::npos) continue;
+      if (!bench.arguments.wants(row.name)) continue;
       const Conv2dGeometry g = layer.geometry();
       row.gflop = 2e-9 * static_cast<double>(g.output_pixels()) * g.taps() * g.depth() * g.output_channels;
-      row.time = measure_ours(device, layer, direction, measure_options);
+      row.time = measure_ours(bench, layer, direction);
 #ifdef DEGAS_HAVE_ONEDNN
       // oneDNN 2.6 overruns its buffers in the weight gradient of a 1x1 stride-2 layer of three channels.
       const bool overruns =
           direction == Direction::BackwardWeight && g.kernel_size == 1 && g.stride > 1 && g.channels < 16;
-      if (device.description().is_cpu && !overruns) {
+      if (bench.device.description().is_cpu && !overruns) {
         OneDnnConv2d peer(g, direction);
         row.peer = "oneDNN";
-        row.peer_time = measure([&] { peer.run(); }, [&] { peer.wait(); }, measure_options);
+        row.peer_time = measure([&] { peer.run(); }, [&] { peer.wait(); }, {.clock = bench.arguments.clock});
       }
 #endif
-      report.add(row);
+      bench.report.add(row);
     }
   }
-  report.finish(arguments.json);
+  bench.finish();
 }

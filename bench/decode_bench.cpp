@@ -10,41 +10,27 @@
 using namespace degas;
 using namespace degas::bench;
 
-namespace {
-
-struct Case {
-  const char* config;
-  int width, height;
-};
-constexpr Case cases[] = {{"quick", 480, 640}, {"full", 1024, 750}};
-
-}  // namespace
-
 int main(int count, char** values) {
-  const Arguments arguments = parse_arguments(count, values);
-  DeviceOptions options;
-  options.selector = arguments.device;
-  Device device(options);
-  Report report("decode and render on " + device.description().name, 0);
-  for (const auto& [config_name, width, height] : cases) {
-    const std::string name = fmt::format("{} {}x{}", config_name, width, height);
-    if (name.find(arguments.filter) == std::string::npos) continue;
-    const Subject subject(width, height);
+  Bench bench(count, values, "decode and render");
+  Device& device = bench.device;
+  for (const WholeCase& c : whole_cases) {
+    if (!bench.arguments.wants(c.name())) continue;
+    const Subject subject(c.width, c.height);
     const std::unique_ptr<Capture> capture = subject.capture();
-    const Config config = benchmark_config(config_name);
+    const Config config = benchmark_config(c.config);
     const Avatar avatar(device, config, BodyModel::load(subject.body()), capture->betas(), capture->face_code_size());
     const std::vector<float> face_code(capture->face_code_size(), 0.1f);
     const DrivingSignal signal = avatar.signal(*capture, 0, face_code);
     const Camera camera = capture->camera(capture->camera_names().size() / 2);
     SplatWorkspace workspace;
-    fmt::print("{}: {}, {} Gaussians\n", name, subject.name(), avatar.gaussian_count());
+    fmt::print("{}: {}, {} Gaussians\n", c.name(), subject.name(), avatar.gaussian_count());
 
     const auto add_row = [&](const char* part, const std::function<void()>& work) {
       Row row;
-      row.name = fmt::format("{}/{}", name, part);
-      row.time = measure(work, [&] { device.finish(); }, {.clock = arguments.clock});
+      row.name = fmt::format("{}/{}", c.name(), part);
+      row.time = bench.time(work);
       row.details = {{"frames_per_second", 1e3 / row.time.median}};
-      report.add(row);
+      bench.report.add(row);
     };
     Tape tape(device, false);
     const auto splats_of = [&](const Avatar::Signal& uploaded) {
@@ -60,5 +46,5 @@ int main(int count, char** values) {
     add_row("render", [&] { draw(posed); });
     add_row("decode and render", [&] { draw(splats_of(avatar.upload(signal))); });
   }
-  report.finish(arguments.json);
+  bench.finish();
 }

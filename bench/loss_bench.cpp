@@ -1,5 +1,5 @@
-// L1 + SSIM, LPIPS and Adam. LPIPS runs on invented weights, so that a bare machine needs no files: the time is the
-// same.
+// L1 + SSIM, LPIPS and Adam: values alone ("forward") and with the image's gradient. LPIPS runs on invented weights, so
+// that a bare machine needs no files: the time is the same.
 #include <cmath>
 
 #include "bench/support/harness.h"
@@ -76,38 +76,67 @@ std::vector<LpipsLayer> squeeze() {
           fire(512, 64, 256)};
 }
 
+/// 10^9 operations of the convolutions of one image's features.
+double features_gflop(const std::vector<LpipsLayer>& layers, int height, int width) {
+  double operations = 0;
+  for (const LpipsLayer& layer : layers) {
+    const auto sides = [&](int size, int kernel, int stride, int padding) {
+      return (size + 2 * padding - kernel + (layer.ceil_mode ? stride - 1 : 0)) / stride + 1;
+    };
+    if (layer.kind == LpipsLayer::Kind::Pool) {
+      height = sides(height, 3, 2, 0);
+      width = sides(width, 3, 2, 0);
+    }
+    for (const LpipsConvolution& c : layer.convolutions) {
+      const int kernel = static_cast<int>(c.shape[2]);
+      height = sides(height, kernel, c.stride, c.padding);
+      width = sides(width, kernel, c.stride, c.padding);
+      operations += 2.0 * static_cast<double>(element_count(c.shape)) * height * width;
+    }
+  }
+  return 1e-9 * operations;
+}
+
 }  // namespace
 
 int main(int count, char** values) {
-  const Arguments arguments = parse_arguments(count, values);
-  DeviceOptions options;
-  options.selector = arguments.device;
-  Device device(options);
-  Report report("losses and optimiser", 0);
-  const auto run = [&](const std::string& name, const std::function<void()>& work) {
-    if (name.find(arguments.filter) == std::string::npos) return;
-    Row row;
-    row.name = name;
-    row.time = measure(work, [&] { device.finish(); }, {.clock = arguments.clock});
-    report.add(row);
-  };
-
+  Bench bench(count, values, "losses and optimiser");
+  Device& device = bench.device;
   for (const auto& [height, width] : {std::pair{480, 640}, {750, 1024}}) {
     const std::string size = " " + std::to_string(width) + "x" + std::to_string(height);
     Tensor image = picture(device, height, width, 1);
     const Tensor target = picture(device, height, width, 0.7);
     image.set_requires_gradient();
-    const auto with_gradient = [&](const std::function<Tensor(Tape&)>& loss) {
-      Tape tape(device);
-      tape.backward(loss(tape));
-      image.clear_gradient();
+    const auto add_rows = [&](const std::string& name, Row forward, Row both,
+                              const std::function<Tensor(Tape&)>& loss) {
+      forward.name = name + " forward" + size;
+      both.name = name + " forward + backward" + size;
+      bench.run(forward, [&] {
+        Tape silent(device, false);
+        loss(silent);
+      });
+      bench.run(both, [&] {
+        Tape tape(device);
+        tape.backward(loss(tape));
+        image.clear_gradient();
+      });
     };
-    run("l1_ssim value + gradient" + size,
-        [&] { with_gradient([&](Tape& tape) { return l1_ssim_loss(tape, image, target, 0.2); }); });
+    // Eleven multiply-adds by row and by column for each of four blurs, and of three going back. Two numbers are read;
+    // with the gradient, three derivatives are written and read, the two read again and one written.
+    const auto samples = static_cast<double>(image.size());
+    Row forward, both;
+    forward.gflop = 4 * 44e-9 * samples;
+    both.gflop = 7 * 44e-9 * samples;
+    forward.gigabytes = 2 * 4e-9 * samples;
+    both.gigabytes = 11 * 4e-9 * samples;
+    add_rows("l1_ssim", forward, both, [&](Tape& tape) { return l1_ssim_loss(tape, image, target, 0.2); });
     for (const auto& [name, layers] : {std::pair{"alex", alex()}, {"squeeze", squeeze()}}) {
       const Lpips lpips(device, layers);
-      run(std::string("lpips ") + name + " value + gradient" + size,
-          [&] { with_gradient([&](Tape& tape) { return lpips.distance(tape, image, target); }); });
+      Row features, with_gradient;  // of two images, and back to one of them
+      features.gflop = 2 * features_gflop(layers, height, width);
+      with_gradient.gflop = 1.5 * features.gflop;
+      add_rows(std::string("lpips ") + name, features, with_gradient,
+               [&](Tape& tape) { return lpips.distance(tape, image, target); });
     }
   }
 
@@ -117,9 +146,12 @@ int main(int count, char** values) {
   const std::vector<float> numbers = invented(parameters, 1e-4);
   const Tensor gradient = Tensor::from(device, {parameters}, std::span<const float>(numbers));
   adam.add("parameter", value);
-  run("adam 8 M parameters", [&] {
+  Row row;
+  row.name = "adam 8 M parameters";
+  row.gigabytes = 8 * 4e-9 * static_cast<double>(parameters);  // value and two moments to and fro, the gradient twice
+  bench.run(row, [&] {
     value.set_gradient(gradient);
     adam.step({1e-4});
   });
-  report.finish(arguments.json);
+  bench.finish();
 }

@@ -1,13 +1,12 @@
-// Assembly, kinematics and skinning at the sizes of the full and quick configurations: forward, backward to the maps,
-// and backward to the pose as well. Times include the host's part.
+// Assembly, kinematics and skinning at the sizes of the full and quick configurations: forward, forward + backward to
+// the maps ("step"), and to the pose as well. Times include the host's part. Little is computed here, so rates are
+// those of memory.
 #include <fmt/format.h>
 
 #include <functional>
 
 #include "bench/support/harness.h"
 #include "host/ops/assembly.h"
-#include "host/ops/pointwise.h"
-#include "host/ops/reduction.h"
 #include "host/ops/skinning.h"
 
 using namespace degas;
@@ -43,8 +42,10 @@ struct Subject {
     }
     for (int j = 0; j < joints; ++j) tree.push_back(j == 0 ? -1 : j % 4 == 3 ? j / 4 : j - 1);
     const int64_t count = texels.size();
-    maps = {numbers(device, {1, side, side, 3}), numbers(device, {1, side, side, 7}),
-            numbers(device, {1, side, side, 4}), {}};
+    maps = {numbers(device, {1, side, side, 3}),
+            numbers(device, {1, side, side, 7}),
+            numbers(device, {1, side, side, 4}),
+            {}};
     base = {Tensor::from(device, {count}, std::span<const int32_t>(texels)), numbers(device, {count, 3}),
             numbers(device, {count, 4}), numbers(device, {count, 3})};
     skinning = {Tensor::from(device, {count, influences}, std::span<const int32_t>(indices)),
@@ -56,33 +57,38 @@ struct Subject {
   }
 };
 
-/// Runs `forward`, and backward from arbitrary gradients of its outputs where the tape records.
-void run(Device& device, bool backward, const std::function<std::vector<Tensor>(Tape&)>& forward) {
-  Tape tape(device, backward);
-  Tensor loss;
-  for (const Tensor& output : forward(tape)) {
-    if (!backward) continue;
-    const Tensor term = sum(tape, output);
-    loss = loss.defined() ? add(tape, loss, term) : term;
-  }
-  if (backward) tape.backward(loss);
-}
-
 }  // namespace
 
 int main(int count, char** values) {
-  const Arguments arguments = parse_arguments(count, values);
-  DeviceOptions options;
-  options.selector = arguments.device;
-  Device device(options);
-  Report report("assembly, kinematics, skinning", 0);
+  Bench bench(count, values, "assembly, kinematics, skinning");
+  Device& device = bench.device;
   for (int side : {256, 512}) {
     Subject subject(device, side);
-    const auto add_row = [&](const char* name, bool backward,
+    const auto gaussians = static_cast<double>(subject.base.texels.size()), texels = static_cast<double>(side) * side;
+    std::vector<Tensor> leaves;
+    // numbers: floats and indices that the row must read and write.
+    const auto add_row = [&](const char* name, double numbers_moved,
                              const std::function<std::vector<Tensor>(Tape&)>& forward) {
-      const std::string title = fmt::format("{}/{}", side, name);
-      if (title.find(arguments.filter) == std::string::npos) return;
-      report.add({title, measure([&] { run(device, backward, forward); }, [&] { device.finish(); }), 0, {}, ""});
+      Row row;
+      row.name = fmt::format("{}/{}", side, name);
+      row.gigabytes = 4e-9 * numbers_moved;
+      if (leaves.empty()) {
+        return bench.run(row, [&] {
+          Tape tape(device, false);
+          forward(tape);
+        });
+      }
+      std::vector<Tensor> gradients;
+      Tape silent(device, false);
+      for (const Tensor& output : forward(silent)) gradients.push_back(numbers(device, output.shape()));
+      bench.run(row, [&] {
+        Tape tape(device);
+        backward_from(tape, forward(tape), gradients);
+        for (Tensor& leaf : leaves) leaf.clear_gradient();
+      });
+    };
+    const auto want_gradients = [&](const std::vector<Tensor*>& tensors) {
+      for (Tensor* tensor : tensors) leaves.push_back(tensor->set_requires_gradient());
     };
     const auto assembled = [&](Tape& tape) {
       const CanonicalGaussians g = assemble(tape, subject.maps, subject.base);
@@ -100,19 +106,25 @@ int main(int count, char** values) {
       return std::vector{skin_positions(tape, subject.base.positions, subject.skinning, joint_transforms),
                          skin_rotations(tape, subject.base.rotations, subject.skinning, joint_transforms)};
     };
-    add_row("assembly.forward", false, assembled);
-    add_row("kinematics.forward", false, kinematics_alone);
-    add_row("skinning.forward", false, skinned);
-    for (Tensor* map : {&subject.maps.positions, &subject.maps.rotations_scales, &subject.maps.colors_opacities,
-                        &subject.base.positions, &subject.base.rotations}) {
-      map->set_requires_gradient();
-    }
-    add_row("assembly.step", true, assembled);
-    add_row("skinning.step", true, skinned);
-    subject.axis_angles.set_requires_gradient();
-    subject.translation.set_requires_gradient();
-    add_row("kinematics.step", true, kinematics_alone);
-    add_row("skinning.step_with_pose", true, skinned);
+    // Maps 14, base 10, texel 1 -> Gaussian 14, offset 3, logit 1. Back: gradient 14, maps and base 12, texel 1 ->
+    // maps.
+    const double assembly = 43 * gaussians, assembly_back = 27 * gaussians + 14 * texels;
+    // Angles 3, rest joint 3, parent 1 -> matrix 12, quaternion 4. Back: those and their gradients -> angles 3.
+    const double chain = 23 * joints, chain_back = 42 * joints;
+    // A point and a quaternion to and fro, each with its joints and weights; back, the quaternion is read too.
+    const double skin = (2 * 7 + 4 * influences) * gaussians, skin_back = skin + 4 * gaussians;
+    // Sums by joint: gradients, points and the blend's gradient, each again with joints and weights.
+    const double skin_pose_back = (3 + 3 + 2 * 4 + 4 * influences) * gaussians;
+    add_row("assembly.forward", assembly, assembled);
+    add_row("kinematics.forward", chain, kinematics_alone);
+    add_row("skinning.forward", skin, skinned);
+    want_gradients({&subject.maps.positions, &subject.maps.rotations_scales, &subject.maps.colors_opacities,
+                    &subject.base.positions, &subject.base.rotations});
+    add_row("assembly.step", assembly + assembly_back, assembled);
+    add_row("skinning.step", skin + skin_back, skinned);
+    want_gradients({&subject.axis_angles, &subject.translation});
+    add_row("kinematics.step", chain + chain_back, kinematics_alone);
+    add_row("skinning.step_with_pose", chain + chain_back + skin + skin_back + skin_pose_back, skinned);
   }
-  report.finish(arguments.json);
+  bench.finish();
 }

@@ -36,7 +36,7 @@ struct Scene {
       return Tensor::from(device, std::move(shape), std::span<const float>(values)).set_requires_gradient();
     };
     return {tensor(positions, {count, 3}), tensor(rotations, {count, 4}), tensor(sized, {count, 3}),
-            tensor(opacities, {count}), tensor(colors, {count, 3}), {}};
+            tensor(opacities, {count}),    tensor(colors, {count, 3}),    {}};
   }
 };
 
@@ -96,7 +96,8 @@ Scene load_scene() {
 }
 
 /// Every stage on the results of the one before, then whole views through the tape.
-void measure_scene(Device& device, const Arguments& arguments, Report& report, const Scene& scene, double size) {
+void measure_scene(Bench& bench, const Scene& scene, double size) {
+  Device& device = bench.device;
   const Splats splats = scene.upload(device, size);
   const Camera& camera = scene.camera;
   const SplatOptions options;
@@ -111,20 +112,21 @@ void measure_scene(Device& device, const Arguments& arguments, Report& report, c
                                           scene.background, options);
   const auto empty_like = [&](const Tensor& field) { return Tensor(device, field.shape()); };
   const Splats gradients{empty_like(splats.positions), empty_like(splats.rotations), empty_like(splats.log_scales),
-                         empty_like(splats.opacities), empty_like(splats.colors), {}};
+                         empty_like(splats.opacities), empty_like(splats.colors),    {}};
 
   double total = 0;
   const auto time = [&](const char* stage, bool counted, const std::function<void()>& work, double peer = 0) {
     const std::string name = fmt::format("{}{}/{}", scene.name, size == 1 ? "" : fmt::format(" x{}", size), stage);
-    if (name.find(arguments.filter) == std::string::npos) return;
-    const Timing timing = measure(work, [&] { device.finish(); }, {.clock = arguments.clock});
-    Row row{name, timing, 0, {}, ""};
-    if (peer > 0 && arguments.clock == Clock::Wall) {  // the peer's is elapsed time
+    if (!bench.arguments.wants(name)) return;
+    Row row;
+    row.name = name;
+    row.time = bench.time(work);
+    if (peer > 0 && bench.arguments.clock == Clock::Wall) {  // the peer's is elapsed time
       row.peer_time = Timing{peer, peer, 0};
       row.peer = "OpenSplat's CPU path, best of another run on such a machine";
     }
-    report.add(row);
-    if (counted) total += timing.median;
+    bench.report.add(row);
+    if (counted) total += row.time.median;
   };
   fmt::print("{}: {} splats, {} intersections\n", scene.name, scene.opacities.size(), intersections.count);
   time("project", true, [&] { project_splats(splats, camera, options); });
@@ -146,13 +148,7 @@ void measure_scene(Device& device, const Arguments& arguments, Report& report, c
   const auto forward_and_backward = [&] {
     Tape tape(device);
     const SplatImage drawn = splat(tape, workspace, splats, camera, scene.background, options);
-    // A loss whose gradient is there already, so that the row holds the splatting alone.
-    const Tensor loss(device, {1});
-    tape.record("loss", {drawn.color, drawn.alpha}, {loss}, [=](Tape&) {
-      Tensor(drawn.color).set_gradient(color_gradient);
-      Tensor(drawn.alpha).set_gradient(alpha_gradient);
-    });
-    tape.backward(loss);
+    backward_from(tape, {drawn.color, drawn.alpha}, {color_gradient, alpha_gradient});
     for (Tensor field : {splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.colors}) {
       field.clear_gradient();
     }
@@ -163,12 +159,8 @@ void measure_scene(Device& device, const Arguments& arguments, Report& report, c
 }  // namespace
 
 int main(int count, char** values) {
-  const Arguments arguments = parse_arguments(count, values);
-  DeviceOptions options;
-  options.selector = arguments.device;
-  Device device(options);
-  Report report(fmt::format("splatting on {}", device.description().name), 0);
+  Bench bench(count, values, "splatting");
   const Scene scene = load_scene();
-  for (double size : {1.0, 0.1}) measure_scene(device, arguments, report, scene, size);
-  report.finish(arguments.json);
+  for (double size : {1.0, 0.1}) measure_scene(bench, scene, size);
+  bench.finish();
 }

@@ -13,20 +13,14 @@ using namespace degas::bench;
 
 namespace {
 
-struct Case {
-  const char* config;
-  int width, height;
-  int steps;  ///< in a measurement
-};
-constexpr Case cases[] = {{"quick", 480, 640, 10}, {"full", 1024, 750, 2}};
 constexpr int measurements = 5;
 
 /// Trains for a measurement's steps to warm up, and then for each measurement; tells when they end.
-void train(Device& device, const Subject& subject, const Case& c, const std::function<void()>& measured) {
+void train(Device& device, const Subject& subject, const WholeCase& c, const std::function<void()>& measured) {
   Config config = benchmark_config(c.config);
   config.train.validation_every = config.train.checkpoint_every = 0;
-  config.train.log_every = c.steps;
-  config.train.iterations = (1 + measurements) * c.steps;
+  config.train.log_every = c.training_steps;
+  config.train.iterations = (1 + measurements) * c.training_steps;
   const RunFolder run(subject.folder() / (device.profiles() ? "profiled" : "run"));
   run.create(config, subject.body());
   const std::unique_ptr<Capture> capture = subject.capture();
@@ -37,7 +31,7 @@ void train(Device& device, const Subject& subject, const Case& c, const std::fun
 }
 
 /// The step as it is, by the given clock.
-Row measure_step(DeviceOptions options, const Subject& subject, const Case& c, Clock clock) {
+Row measure_step(DeviceOptions options, const Subject& subject, const WholeCase& c, Clock clock) {
   Device device(options);
   std::vector<double> readings;
   size_t launches_before = 0, allocations_before = 0, bytes_before = 0;
@@ -50,17 +44,18 @@ Row measure_step(DeviceOptions options, const Subject& subject, const Case& c, C
     readings.push_back(now(clock));
   });
   std::vector<double> times;
-  for (int i = 0; i < measurements; ++i) times.push_back((readings[i + 1] - readings[i]) / c.steps);
+  for (int i = 0; i < measurements; ++i) times.push_back((readings[i + 1] - readings[i]) / c.training_steps);
   const MemoryPool::Statistics memory = device.memory_statistics();
   Row row;
   row.time = timing_of(times);
   const double mebibyte = 1 << 20;
-  row.details = {{"steps_per_second", 1e3 / row.time.median},
-                 {"launches", static_cast<double>(device.launches() - launches_before) / (measurements * c.steps)},
-                 {"allocations", static_cast<double>(memory.device_allocations - allocations_before)},
-                 {"allocated_mib", static_cast<double>(memory.bytes_held - bytes_before) / mebibyte},
-                 {"peak_mib", static_cast<double>(memory.peak_bytes_in_use) / mebibyte},
-                 {"held_mib", static_cast<double>(memory.bytes_held) / mebibyte}};
+  row.details = {
+      {"steps_per_second", 1e3 / row.time.median},
+      {"launches", static_cast<double>(device.launches() - launches_before) / (measurements * c.training_steps)},
+      {"allocations", static_cast<double>(memory.device_allocations - allocations_before)},
+      {"allocated_mib", static_cast<double>(memory.bytes_held - bytes_before) / mebibyte},
+      {"peak_mib", static_cast<double>(memory.peak_bytes_in_use) / mebibyte},
+      {"held_mib", static_cast<double>(memory.bytes_held) / mebibyte}};
   return row;
 }
 
@@ -84,7 +79,7 @@ std::string part_of(const Profiler::Row& row) {
 }
 
 /// A row for every stage, by the device's own clock, and one for the time between: host, loader, launches.
-std::vector<Row> measure_stages(DeviceOptions options, const Subject& subject, const Case& c) {
+std::vector<Row> measure_stages(DeviceOptions options, const Subject& subject, const WholeCase& c) {
   options.profile = true;
   Device device(options);
   std::map<std::string, std::vector<double>> times;
@@ -98,11 +93,11 @@ std::vector<Row> measure_stages(DeviceOptions options, const Subject& subject, c
       for (const Profiler::Row& kernel : profile) {
         std::vector<double>& samples = times[part_of(kernel)];
         samples.resize(measured);
-        samples.back() += kernel.milliseconds / c.steps;
-        launches[part_of(kernel)] += static_cast<double>(kernel.launches) / (measurements * c.steps);
+        samples.back() += kernel.milliseconds / c.training_steps;
+        launches[part_of(kernel)] += static_cast<double>(kernel.launches) / (measurements * c.training_steps);
         between -= kernel.milliseconds;
       }
-      times["between launches"].push_back(between / c.steps);
+      times["between launches"].push_back(between / c.training_steps);
     }
     before = now(Clock::Wall);
   });
@@ -122,19 +117,16 @@ std::vector<Row> measure_stages(DeviceOptions options, const Subject& subject, c
 
 int main(int count, char** values) {
   const Arguments arguments = parse_arguments(count, values);
-  DeviceOptions options;
-  options.selector = arguments.device;
-  Report report("training step; stages by the device's clock", 0);
-  for (const Case& c : cases) {
-    const std::string name = fmt::format("{} {}x{}", c.config, c.width, c.height);
-    if (name.find(arguments.filter) == std::string::npos) continue;
+  Report report("training step; stages by the device's clock", {});
+  for (const WholeCase& c : whole_cases) {
+    if (!arguments.wants(c.name())) continue;
     const Subject subject(c.width, c.height);
-    fmt::print("{}: {}\n", name, subject.name());
-    Row step = measure_step(options, subject, c, arguments.clock);
-    step.name = name + "/step";
+    fmt::print("{}: {}\n", c.name(), subject.name());
+    Row step = measure_step(arguments.device_options(), subject, c, arguments.clock);
+    step.name = c.name() + "/step";
     report.add(step);
-    for (Row& row : measure_stages(options, subject, c)) {
-      row.name = fmt::format("{}/{}", name, row.name);
+    for (Row& row : measure_stages(arguments.device_options(), subject, c)) {
+      row.name = fmt::format("{}/{}", c.name(), row.name);
       report.add(row);
     }
   }

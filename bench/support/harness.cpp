@@ -12,8 +12,6 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "host/autograd/tensor.h"
-
 namespace degas::bench {
 namespace {
 
@@ -32,6 +30,9 @@ double load_average() {
 
 double gflops(const Row& row) {
   return row.gflop / row.time.median * 1e3;
+}
+double gigabytes_per_second(const Row& row) {
+  return row.gigabytes / row.time.median * 1e3;
 }
 double ratio(const Row& row) {
   return row.peer_time->best / row.time.best;
@@ -68,15 +69,37 @@ Timing measure(const std::function<void()>& work, const std::function<void()>& w
   return timing_of(times);
 }
 
-double measure_fma_peak(Device& device, Clock clock) {
+void backward_from(Tape& tape, const std::vector<Tensor>& outputs, const std::vector<Tensor>& gradients) {
+  const Tensor loss(tape.device(), {1});
+  tape.record("loss", outputs, {loss}, [&](Tape&) {
+    for (size_t i = 0; i < outputs.size(); ++i) Tensor(outputs[i]).set_gradient(gradients[i]);
+  });
+  tape.backward(loss);
+}
+
+Peaks measure_peaks(Device& device, Clock clock) {
   constexpr int chains = 12, rounds = 100000;
+  const MeasureOptions options{.repetitions = 7, .batch_milliseconds = 10, .clock = clock};
+  const auto wait = [&] { device.finish(); };
+  const Defines defines = {{"CHAINS", chains}};
   const size_t items = static_cast<size_t>(device.description().compute_units) * (device.is_wide() ? 4 : 2048);
   const Tensor output(device, {static_cast<int64_t>(items) * device.vector_width()});
-  const Kernel kernel = device.kernel("fma_peak", "fma_peak", {{"CHAINS", chains}});
-  const Timing time =
-      measure([&] { kernel.launch({items}, {device.is_wide() ? size_t{1} : size_t{256}}, output, 0.999, rounds); },
-              [&] { device.finish(); }, {.repetitions = 7, .batch_milliseconds = 10, .clock = clock});
-  return 2e-6 * chains * rounds * static_cast<double>(items) * device.vector_width() / time.best;
+  const Kernel fma = device.kernel("peak", "fma_peak", defines), copy = device.kernel("peak", "copy_peak", defines);
+  const Timing fma_time = measure(
+      [&] { fma.launch({items}, {device.is_wide() ? size_t{1} : size_t{256}}, output, 0.999, rounds); }, wait, options);
+
+  const int64_t elements = (int64_t{128} << 20) / static_cast<int64_t>(device.real_bytes());
+  const Tensor from = Tensor::zeros(device, {elements}), to = Tensor::zeros(device, {elements});
+  const Timing copy_time = measure(
+      [&] { copy.launch(device.pointwise_global(elements), device.pointwise_local(), from, to); }, wait, options);
+  return {2e-6 * chains * rounds * static_cast<double>(items) * device.vector_width() / fma_time.best,
+          2e-6 * static_cast<double>(from.bytes()) / copy_time.best};
+}
+
+DeviceOptions Arguments::device_options() const {
+  DeviceOptions options;
+  options.selector = device;
+  return options;
 }
 
 Arguments parse_arguments(int count, char** values) {
@@ -102,23 +125,30 @@ Arguments parse_arguments(int count, char** values) {
   return arguments;
 }
 
-Report::Report(std::string title, double peak_gflops)
-    : peak_gflops_(peak_gflops),
-      load_average_(load_average()),
-      busy_(load_average_ > 0.75 * std::thread::hardware_concurrency()) {
+Report::Report(const std::string& title, const Peaks& peaks)
+    : peaks_(peaks), load_average_(load_average()), busy_(load_average_ > 0.75 * std::thread::hardware_concurrency()) {
   if (busy_) fmt::print("THE MACHINE IS BUSY (load {:.1f}): these figures are not to be quoted\n", load_average_);
   fmt::print("{}\n", title);
-  if (peak_gflops > 0) fmt::print("multiply-add peak, measured: {:.0f} GFLOP/s\n", peak_gflops);
-  fmt::print("{:<52} {:>9} {:>7} {:>8} {:>6} {:>9} {:>6}\n", "name", "ms", "spread", "GFLOP/s", "peak", "peer ms",
-             "ratio");
+  if (peaks.gflops > 0) {
+    fmt::print("peaks, measured: {:.0f} GFLOP/s of multiply-adds, {:.1f} GB/s of copies\n", peaks.gflops,
+               peaks.gigabytes_per_second);
+  }
+  fmt::print("{:<52} {:>9} {:>7} {:>8} {:>8} {:>6} {:>9} {:>6}\n", "name", "ms", "spread", "GFLOP/s", "GB/s", "peak",
+             "peer ms", "ratio");
+}
+
+double Report::share_of_peak(const Row& row) const {
+  const auto share = [](double rate, double peak) { return peak > 0 ? rate / peak : 0; };
+  return std::max(share(gflops(row), peaks_.gflops), share(gigabytes_per_second(row), peaks_.gigabytes_per_second));
 }
 
 void Report::add(const Row& row) {
   rows_.push_back(row);
-  fmt::print("{:<52} {:>9.3f} {:>6.0f}%", row.name, row.time.median, 100 * row.time.spread);
-  fmt::print(" {:>8}", row.gflop > 0 ? fmt::format("{:.0f}", gflops(row)) : "");
-  fmt::print(" {:>6}",
-             row.gflop > 0 && peak_gflops_ > 0 ? fmt::format("{:.0f}%", 100 * gflops(row) / peak_gflops_) : "");
+  const auto cell = [](double value, const char* unit, int digits) {
+    return value > 0 ? fmt::format("{:.{}f}{}", value, digits, unit) : "";
+  };
+  fmt::print("{:<52} {:>9.3f} {:>6.0f}% {:>8} {:>8} {:>6}", row.name, row.time.median, 100 * row.time.spread,
+             cell(gflops(row), "", 0), cell(gigabytes_per_second(row), "", 1), cell(100 * share_of_peak(row), "%", 0));
   if (row.peer_time) fmt::print(" {:>9.3f} {:>6.2f}", row.peer_time->median, ratio(row));
   for (const auto& [name, value] : row.details) fmt::print("  {} {:.4g}", name, value);
   fmt::print("\n");
@@ -126,7 +156,7 @@ void Report::add(const Row& row) {
 }
 
 void Report::finish(const std::string& json_file) const {
-  double total = 0, gflop = 0;
+  double total = 0, counted = 0, gflop = 0;  // counted: time of rows whose operations are
   std::vector<double> ratios;
   std::map<std::string, std::vector<double>> ratios_of_kinds;
   auto results = nlohmann::ordered_json::array();
@@ -134,7 +164,8 @@ void Report::finish(const std::string& json_file) const {
     nlohmann::ordered_json entry = {
         {"name", row.name}, {"ms", row.time.median}, {"best_ms", row.time.best}, {"spread", row.time.spread}};
     if (row.gflop > 0) entry["gflops"] = gflops(row);
-    if (row.gflop > 0 && peak_gflops_ > 0) entry["share_of_peak"] = gflops(row) / peak_gflops_;
+    if (row.gigabytes > 0) entry["gigabytes_per_second"] = gigabytes_per_second(row);
+    if (share_of_peak(row) > 0) entry["share_of_peak"] = share_of_peak(row);
     if (row.peer_time) {
       entry["peer"] = row.peer;
       entry["peer_ms"] = row.peer_time->median;
@@ -145,12 +176,13 @@ void Report::finish(const std::string& json_file) const {
     }
     for (const auto& [name, value] : row.details) entry[name] = value;
     total += row.time.median;
+    if (row.gflop > 0) counted += row.time.median;
     gflop += row.gflop;
     results.push_back(entry);
   }
   nlohmann::ordered_json document = {{"results", results}};
   fmt::print("total {:.2f} ms", total);
-  if (gflop > 0) fmt::print(", {:.0f} GFLOP/s overall", gflop / total * 1e3);
+  if (gflop > 0) fmt::print(", {:.0f} GFLOP/s overall", gflop / counted * 1e3);
   if (!ratios.empty()) {
     document["geomean_ratio"] = geometric_mean(ratios);
     fmt::print(", geometric mean of peer time / our time {:.2f}", geometric_mean(ratios));
@@ -161,10 +193,26 @@ void Report::finish(const std::string& json_file) const {
     fmt::print("  {}: geometric mean {:.2f}, least {:.2f}\n", kind, geometric_mean(values),
                *std::min_element(values.begin(), values.end()));
   }
-  if (peak_gflops_ > 0) document["peak_gflops"] = peak_gflops_;
+  if (peaks_.gflops > 0) document["peak_gflops"] = peaks_.gflops;
+  if (peaks_.gigabytes_per_second > 0) document["peak_gigabytes_per_second"] = peaks_.gigabytes_per_second;
   document["load_average"] = load_average_;
   document["busy"] = busy_;
   if (!json_file.empty()) std::ofstream(json_file) << document.dump(2) << '\n';
+}
+
+Bench::Bench(int count, char** values, const std::string& subject)
+    : arguments(parse_arguments(count, values)),
+      device(arguments.device_options()),
+      report(subject + " on " + device.description().name, measure_peaks(device, arguments.clock)) {}
+
+Timing Bench::time(const std::function<void()>& work) {
+  return measure(work, [&] { device.finish(); }, {.clock = arguments.clock});
+}
+
+void Bench::run(Row row, const std::function<void()>& work) {
+  if (!arguments.wants(row.name)) return;
+  row.time = time(work);
+  report.add(row);
 }
 
 }  // namespace degas::bench

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/device/device.h"
+#include "host/autograd/tape.h"
 
 namespace degas::bench {
 
@@ -35,14 +35,25 @@ Timing timing_of(std::vector<double> milliseconds);
 Timing measure(const std::function<void()>& work, const std::function<void()>& wait,
                const MeasureOptions& options = {});
 
-/// Fused multiply-adds on registers: the device's rate in GFLOP/s, the roof that shares are told against.
-double measure_fma_peak(Device& device, Clock clock = Clock::Wall);
+/// Walks back from a loss whose gradients by `outputs` are there already, so that a row holds the operators alone.
+void backward_from(Tape& tape, const std::vector<Tensor>& outputs, const std::vector<Tensor>& gradients);
+
+/// What a device can do at most: shares are told against it.
+struct Peaks {
+  double gflops = 0;                ///< fused multiply-adds on registers
+  double gigabytes_per_second = 0;  ///< a copy of 128 MiB, bytes read and written
+};
+Peaks measure_peaks(Device& device, Clock clock = Clock::Wall);
 
 /// Command line of every benchmark: [--json FILE] [--device SELECTOR] [--filter TEXT] [--clock wall|cpu]; prints help
 /// and exits on others.
 struct Arguments {
   std::string json, device, filter;
   Clock clock = Clock::Wall;
+
+  DeviceOptions device_options() const;
+  /// Whether --filter leaves a row or case of this name in.
+  bool wants(const std::string& name) const { return name.find(filter) != std::string::npos; }
 };
 Arguments parse_arguments(int count, char** values);
 
@@ -50,7 +61,8 @@ Arguments parse_arguments(int count, char** values);
 struct Row {
   std::string name;
   Timing time;
-  double gflop = 0;  ///< 10^9 operations in a run; 0: not counted
+  double gflop = 0;      ///< 10^9 operations in a run; 0: not counted
+  double gigabytes = 0;  ///< 10^9 bytes that a run must read and write at least, each once; 0: not counted
   std::optional<Timing> peer_time;
   std::string peer;
   std::string kind = {};  ///< rows of one kind get a mean ratio of their own; empty: none
@@ -58,22 +70,42 @@ struct Row {
 };
 
 /// Prints a table as rows come in; finish() prints the totals and writes the JSON file {"results": [{"name", "ms",
-/// "best_ms", "spread", "gflops", "share_of_peak", "peer", "peer_ms", "peer_best_ms", "ratio", details}],
-/// "geomean_ratio", "geomean_ratios" by kind, "peak_gflops", "load_average", "busy"}. ratio = peer_best_ms / best_ms,
-/// above 1 we are faster; of the best times, since company on the machine only ever adds to them. busy: others had the
-/// machine at the start, so that no figure is to be quoted; it is printed too.
+/// "best_ms", "spread", "gflops", "gigabytes_per_second", "share_of_peak", "peer", "peer_ms", "peer_best_ms", "ratio",
+/// details}], "geomean_ratio", "geomean_ratios" by kind, "peak_gflops", "peak_gigabytes_per_second", "load_average",
+/// "busy"}. share_of_peak is that of the nearer roof, arithmetic or memory; data that is in a cache already may pass
+/// the latter. ratio = peer_best_ms / best_ms, above 1 we are faster; of the best times, since company on the machine
+/// only ever adds to them. busy: others had the machine at the start, so that no figure is to be quoted; it is printed
+/// too.
 class Report {
  public:
-  /// peak_gflops 0: no shares.
-  Report(std::string title, double peak_gflops);
+  /// No shares of a peak that is 0.
+  Report(const std::string& title, const Peaks& peaks);
   void add(const Row& row);
   void finish(const std::string& json_file) const;
 
  private:
-  double peak_gflops_;
+  double share_of_peak(const Row& row) const;
+
+  Peaks peaks_;
   double load_average_;
   bool busy_;
   std::vector<Row> rows_;
+};
+
+/// What a benchmark of operators opens with: its command line, the device that this names, and a report with the peaks
+/// of that device.
+struct Bench {
+  /// subject: what is measured, for the title.
+  Bench(int count, char** values, const std::string& subject);
+
+  const Arguments arguments;
+  Device device;
+  Report report;
+
+  Timing time(const std::function<void()>& work);
+  /// Adds the row with the time of `work`, if it is wanted.
+  void run(Row row, const std::function<void()>& work);
+  void finish() const { report.finish(arguments.json); }
 };
 
 }  // namespace degas::bench

@@ -2,11 +2,22 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "model/config.h"
 #include "model/data/capture.h"
 
 namespace degas::bench {
+
+/// A configuration, and the size of the pictures it is measured with from end to end.
+struct WholeCase {
+  const char* config;
+  int width, height;
+  int training_steps;  ///< in one measurement
+
+  std::string name() const { return std::string(config) + " " + std::to_string(width) + "x" + std::to_string(height); }
+};
+constexpr WholeCase whole_cases[] = {{"quick", 480, 640, 10}, {"full", 1024, 750, 2}};
 
 /// Someone to train on or to draw: the synthetic subject in pictures of a given size, or capture A where that has it.
 class Subject {
