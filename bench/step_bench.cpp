@@ -62,7 +62,10 @@ Row measure_step(DeviceOptions options, const Subject& subject, const WholeCase&
 /// The kind of work within a stage, where it is worth a row of its own.
 std::string part_of(const Profiler::Row& row) {
   static const std::map<std::string, std::string> parts = {{"conv2d", "convolution"},
+                                                           {"conv2d_rows", "convolution"},
+                                                           {"conv2d_packing", "convolution"},
                                                            {"conv2d_gradient", "convolution"},
+                                                           {"conv2d_gradient_rows", "convolution"},
                                                            {"weight_norm", "weight norm"},
                                                            {"lpips", "LPIPS"},
                                                            {"ssim", "L1 + SSIM"},

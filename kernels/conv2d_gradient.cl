@@ -38,7 +38,8 @@ inline int end_column(const int tap, const WeightGradient s) {
   return min(s.output_width, (s.width - 1 + s.padding - tap + s.stride_x) / s.stride_x);
 }
 
-// partial (splits, groups, kernel height, kernel width, channels / group, output channels / group): each split's weight gradient.
+// partial (splits, groups, kernel height, kernel width, channels / group, output channels / group): each split's weight
+// gradient.
 // gradient: of the output before its activation.
 // Launch: (panels * groups, items over units, splits); local size free, {1, 1, 1} on CPUs.
 kernel void weight_gradient(global const REAL* input, global const REAL* gradient, global REAL* partial,

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "host/ops/conv2d_launch.h"
+#include "host/ops/conv2d_parameters.h"
 
 namespace degas {
 namespace {
@@ -13,26 +14,17 @@ struct WeightGradientArguments {
   int units_per_item, rows_per_split, rows_per_pass;
 };
 
-/// Pairs of tap and input channel that conv2d_gradient.cl holds in registers.
-constexpr int gradient_rows = 8;
-
-/// How many output pixels to fold so that the weight gradient spends the fewest vector operations on each; 1: none.
-int best_gradient_fold(const Device& device, const Conv2dGeometry& g) {
-  if (!device.is_wide() || g.groups != 1) return 1;
-  const auto cost = [&](int fold) {
-    const int pairs = ((fold - 1) * g.stride + g.kernel_size) * g.channels;
-    return static_cast<double>(ceiling(fold * g.output_channels, device.vector_width())) *
-           ceiling(pairs, gradient_rows) / fold;
-  };
-  int best = 1;
-  for (int fold = 2; fold * g.output_channels <= 2 * device.vector_width(); ++fold) {
-    if (g.output_width % fold == 0 && cost(fold) < cost(best)) best = fold;
-  }
-  return best;
-}
+// Mirrors that of kernels/conv2d_gradient_rows.cl.
+struct RowProductsArguments {
+  int batch, groups, kernel_height;
+  int value_height, value_width, value_channels;
+  int vector_height, vector_width, vector_channels;
+  int step, lead;
+  int units_per_item = 0, lines_per_split = 0, lines_per_pass = 0;
+};
 
 Kernel gradient_kernel(Device& device, const char* name, int vectors) {
-  return device.kernel("conv2d_gradient", name, {{"ROWS", gradient_rows}, {"VECTORS", vectors}});
+  return device.kernel("conv2d_gradient", name, {{"ROWS", weight_gradient_rows}, {"VECTORS", vectors}});
 }
 
 void sum_splits(const Tensor& partial, const Tensor& output, int splits) {
@@ -41,19 +33,59 @@ void sum_splits(const Tensor& partial, const Tensor& output, int splits) {
       .launch({static_cast<size_t>(output.size())}, device.pointwise_local(), partial, output, splits, output.size());
 }
 
+void backward_weight_by_rows(const Conv2dGeometry& g, bool vectors_are_outputs, const Tensor& input,
+                             const Tensor& gradient, const Tensor& weight_gradient) {
+  Device& device = input.device();
+  RowProductsArguments a{.batch = g.batch, .groups = g.groups, .kernel_height = g.kernel_size};
+  a.value_height = vectors_are_outputs ? g.height : g.output_height;
+  a.value_width = vectors_are_outputs ? g.width : g.output_width;
+  a.value_channels = vectors_are_outputs ? g.channels : g.output_channels;
+  a.vector_height = vectors_are_outputs ? g.output_height : g.height;
+  a.vector_width = vectors_are_outputs ? g.output_width : g.width;
+  a.vector_channels = vectors_are_outputs ? g.output_channels : g.channels;
+  a.step = vectors_are_outputs ? 1 : g.stride;
+  a.lead = vectors_are_outputs ? g.padding - (g.kernel_size - 1) : -g.padding;
+  const int value_depth = a.value_channels / g.groups, lines = g.batch * a.value_height;
+  const int panels = static_cast<int>(ceiling(a.vector_channels / g.groups, device.vector_width()));
+  const int blocks = static_cast<int>(ceiling(value_depth, weight_gradient_rows_by_rows));
+  const int units = g.groups * panels * blocks * g.kernel_size;
+  // All units of a line by one item, while the line is in cache; enough items to keep every core busy.
+  constexpr int wanted_items = 16;
+  a.lines_per_pass = static_cast<int>(std::clamp<int64_t>(128 / a.value_width, 1, lines));
+  const int64_t passes = ceiling(lines, a.lines_per_pass);
+  a.lines_per_split = static_cast<int>(ceiling(passes, std::min<int64_t>(passes, wanted_items))) * a.lines_per_pass;
+  const int splits = static_cast<int>(ceiling(lines, a.lines_per_split));
+  a.units_per_item = static_cast<int>(ceiling(units, ceiling(wanted_items, splits)));
+
+  const Tensor partial(
+      device, {splits, g.groups, panels, g.kernel_size, g.kernel_size, value_depth, device.vector_width()});
+  const auto kernel = [&](const char* name) {
+    return device.kernel("conv2d_gradient_rows", name,
+                         {{"TAPS", g.kernel_size}, {"ROWS", weight_gradient_rows_by_rows}});
+  };
+  kernel("weight_gradient_rows")
+      .launch({static_cast<size_t>(ceiling(units, a.units_per_item)), static_cast<size_t>(splits)}, {1, 1},
+              vectors_are_outputs ? input : gradient, vectors_are_outputs ? gradient : input, partial, a);
+  kernel("sum_products")
+      .launch({static_cast<size_t>(weight_gradient.size())}, device.pointwise_local(), partial, weight_gradient, splits,
+              g.groups, g.taps(), g.depth(), g.output_depth(), vectors_are_outputs ? 1 : 0);
+}
+
 }  // namespace
 
 void conv2d_backward_weight(const Conv2dGeometry& g, const Tensor& input, const Tensor& gradient,
                             const Tensor& weight_gradient) {
   Device& device = input.device();
-  const int fold = best_gradient_fold(device, g);
+  const WeightGradientParameters parameters = weight_gradient_parameters(device, g);
+  if (parameters.by_rows)
+    return backward_weight_by_rows(g, parameters.vectors_are_outputs, input, gradient, weight_gradient);
+  const int fold = parameters.fold, vectors = parameters.vectors;
   const int kernel_width = (fold - 1) * g.stride + g.kernel_size, output_depth = fold * g.output_depth();
   const int output_width = g.output_width / fold;
-  const int vectors = device.is_wide() && output_depth > device.vector_width() ? 2 : 1;
   const int panels = static_cast<int>(ceiling(output_depth, vectors * device.vector_width())) * g.groups;
-  const bool merged = g.groups == 1 && g.depth() % gradient_rows != 0;
-  const int units = static_cast<int>(merged ? g.kernel_size * ceiling(kernel_width * g.depth(), gradient_rows)
-                                            : g.kernel_size * kernel_width * ceiling(g.depth(), gradient_rows));
+  const bool merged = g.groups == 1 && g.depth() % weight_gradient_rows != 0;
+  const int units = static_cast<int>(merged ? g.kernel_size * ceiling(kernel_width * g.depth(), weight_gradient_rows)
+                                            : g.kernel_size * kernel_width * ceiling(g.depth(), weight_gradient_rows));
   const int output_rows = g.batch * g.output_height;
 
   WeightGradientArguments a{.batch = g.batch,

@@ -1,5 +1,8 @@
 #include "model/train/avatar.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace degas {
 namespace {
 
@@ -65,7 +68,10 @@ Splats Avatar::pose(Tape& tape, const CanonicalGaussians& gaussians, const Devic
 }
 
 double Avatar::frontal_angle(const Pose& pose, const Camera& camera) const {
-  return degas::frontal_angle(body_, pose, betas_, camera.center());
+  const JointFrames frames = body_.posed_joints(pose, betas_);
+  const Eigen::Vector3d forward = frames.rotations[HeadJoint] * Eigen::Vector3d::UnitZ();  // the rest pose faces +Z
+  const Eigen::Vector3d to_camera = (camera.center() - frames.positions[HeadJoint]).normalized();
+  return std::acos(std::clamp(forward.dot(to_camera), -1.0, 1.0));
 }
 
 }  // namespace degas

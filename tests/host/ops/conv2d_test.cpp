@@ -96,6 +96,12 @@ TEST_CASE("conv2d equals the plain loops") {
       {2, 6, 48, 3, 8, 3, {2, 1, 1, 0.2}, Bias::Tied},
       {1, 5, 9, 1, 4, 1, {2, 0, 1, 1}, Bias::Tied},
       {1, 9, 48, 2, 1, 5, {3, 4, 1, 0.5}, Bias::Untied},
+      // The same within groups, as halves of a vector; lines that end within a block of pixels.
+      {2, 5, 38, 24, 24, 3, {1, 1, 3, 0.2}, Bias::Untied},
+      {1, 4, 64, 32, 16, 1, {1, 0, 2, 1}, Bias::Tied},
+      {2, 6, 37, 10, 32, 3, {1, 1, 2, 0.2}, Bias::Untied},
+      {1, 9, 41, 5, 13, 3, {2, 1, 1, 0.2}, Bias::Tied},
+      {1, 3, 17, 16, 16, 5, {1, 2, 1, 0.2}, Bias::None},
   }));
   INFO("set " << static_cast<int>(set) << ", " << c);
   Device& device = test::device(set);
@@ -133,6 +139,14 @@ TEST_CASE("conv2d gradients pass finite differences") {
       {1, 5, 12, 3, 4, 1, {2, 0, 1, 1}, Bias::Tied},
       {1, 7, 24, 2, 1, 5, {3, 4, 1, 0.5}, Bias::Untied},
       {1, 14, 24, 3, 4, 11, {4, 2, 1, 0.3}, Bias::Tied},
+      // The same within groups; input or output channels to a vector; lines that end within a block of pixels.
+      {2, 3, 38, 24, 24, 3, {1, 1, 3, 0.2}, Bias::Untied},
+      {1, 4, 34, 48, 24, 3, {1, 1, 3, 0.2}, Bias::Untied},
+      {2, 3, 36, 24, 48, 3, {1, 1, 3, 0.2}, Bias::Tied},
+      {1, 4, 32, 32, 16, 1, {1, 0, 2, 1}, Bias::Tied},
+      {1, 7, 35, 14, 9, 3, {2, 1, 1, 0.2}, Bias::Tied},
+      {2, 4, 19, 11, 13, 3, {1, 1, 1, 0.2}, Bias::None},
+      {1, 2, 1, 16, 16, 3, {1, 1, 1, 0.2}, Bias::None},
   }));
   INFO(c);
   std::vector<Tensor> inputs = {random_tensor(device, c.input_shape(), 1), random_tensor(device, c.weight_shape(), 2)};

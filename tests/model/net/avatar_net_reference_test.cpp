@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "host/io/npz.h"
@@ -47,9 +48,10 @@ void disturb(AvatarNet& net) {
   }
 }
 
-/// Largest difference of every stride-th element from the stored ones, relative to the stored ones' largest.
-double difference(const std::vector<double>& values, const std::vector<double>& stored) {
-  double largest = 0, scale = 1e-30;
+/// Largest difference of every stride-th element from the stored ones, relative to the stored ones' largest (or to
+/// `scale` where that is larger).
+double difference(const std::vector<double>& values, const std::vector<double>& stored, double scale = 1e-30) {
+  double largest = 0;
   for (const double value : stored) scale = std::max(scale, std::abs(value));
   for (size_t i = 0; i < stored.size(); ++i) {
     if (i * stride >= values.size()) return INFINITY;
@@ -57,6 +59,12 @@ double difference(const std::vector<double>& values, const std::vector<double>& 
     if (!(error <= largest)) largest = std::isnan(error) ? INFINITY : error;
   }
   return largest / scale;
+}
+
+double largest_magnitude(const std::vector<double>& values) {
+  double largest = 0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  return largest;
 }
 
 }  // namespace
@@ -111,7 +119,13 @@ TEST_CASE("the network equals PyTorch's, layer by layer and gradient by gradient
     INFO("gradient of " << parameter.name);
     REQUIRE(parameter.value.has_gradient());
     const std::vector<double> stored = file.read("gradient " + parameter.name).doubles();
-    // Single precision: the sums over a map of 128 x 128 in another order.
-    CHECK(difference(parameter.value.gradient().to_host<double>(), stored) < (real == Real::Double ? 1e-8 : 2e-2));
+    const std::vector<double> gradient = parameter.value.gradient().to_host<double>();
+    if (real == Real::Double) {
+      CHECK(difference(gradient, stored) < 1e-8);
+    } else {
+      // In single precision some leaky ReLU's input falls on the other side of zero, depending on the order of sums.
+      // Of a short tensor one element is stored, which may be a sum that cancels: its neighbours tell the scale.
+      CHECK(difference(gradient, stored, largest_magnitude(gradient)) < 2e-2);
+    }
   }
 }

@@ -1,4 +1,4 @@
-#include "model/data/smplx_parameters.h"
+#include "model/data/dreams_parameters.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -6,7 +6,6 @@
 
 #include "host/error.h"
 #include "host/io/npz.h"
-#include "model/body/body_model.h"
 
 namespace degas {
 namespace {
@@ -40,7 +39,7 @@ std::vector<int64_t> read_frame_numbers(const NpzFile& file, int64_t rows) {
   return numbers;
 }
 
-bool read_flat_hand_mean(const NpzFile& file, std::optional<bool> convention) {
+bool read_flat_hand_mean(const NpzFile& file) {
   if (file.contains("smplx_kwargs")) {
     const auto arguments = nlohmann::json::parse(file.read("smplx_kwargs").text(), nullptr, false);
     if (arguments.is_discarded()) throw Error::format("{}: 'smplx_kwargs' is no JSON", file.path().string());
@@ -51,24 +50,21 @@ bool read_flat_hand_mean(const NpzFile& file, std::optional<bool> convention) {
     const std::vector<int64_t> value = file.read("flat_hand_mean").integers();
     if (value.size() == 1) return value.front() != 0;
   }
-  if (convention) return *convention;
   throw Error::format("{}: neither 'smplx_kwargs' nor 'flat_hand_mean' says whether hands are relative to a flat hand",
                       file.path().string());
 }
 
 }  // namespace
 
-SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const SmplxConventions& conventions) {
+DreamsParameters read_dreams_parameters(const std::filesystem::path& path) {
   const NpzFile file(path);
   const int64_t rows = file.read("global_orient", {-1, 3}).shape[0];
   if (rows == 0) throw Error::format("{}: 'global_orient' has no rows", path.string());
 
-  SmplxParameters parameters;
+  DreamsParameters parameters;
   parameters.poses.resize(static_cast<size_t>(rows));
-  for (Pose& pose : parameters.poses) pose.axis_angles.assign(smplx_joints, Eigen::Vector3d::Zero());
-  for (const SmplxJointBlock& block : smplx_joint_blocks) {
-    const bool of_eye = block.first_joint == LeftEyeJoint || block.first_joint == RightEyeJoint;
-    if (of_eye && !conventions.has_eye_poses && !file.contains(block.key)) continue;
+  for (Pose& pose : parameters.poses) pose.axis_angles.assign(dreams_joints, Eigen::Vector3d::Zero());
+  for (const DreamsJointBlock& block : dreams_joint_blocks) {
     const std::vector<double> angles = finite_rows(file, block.key, {rows, 3 * block.joints});
     const double* next = angles.data();
     for (Pose& pose : parameters.poses) {
@@ -89,7 +85,7 @@ SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const S
   parameters.frame_numbers = read_frame_numbers(file, rows);
   const Shape betas_shape = file.read("betas").shape;
   parameters.betas = finite_rows(file, "betas", betas_shape.size() == 2 ? Shape{1, -1} : Shape{-1});
-  parameters.flat_hand_mean = read_flat_hand_mean(file, conventions.flat_hand_mean);
+  parameters.flat_hand_mean = read_flat_hand_mean(file);
   return parameters;
 }
 
