@@ -163,12 +163,29 @@ class Reader {
     } else if constexpr (std::is_same_v<Value, std::string>) {
       if (!json.is_string()) refuse(path, "a string", json);
       value = json.template get<std::string>();
+    } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+      read_selection(json, value, path);
     } else {
       if (!json.is_array()) refuse(path, "a list", json);
       Value list(json.size());
       for (size_t i = 0; i < json.size(); ++i) read_value(json[i], list[i], fmt::format("{}[{}]", path, i));
       value = std::move(list);
     }
+  }
+
+  /// Names, numbers and ranges of cameras or frames: a list, or one text as on the command line.
+  void read_selection(const Json& json, std::vector<std::string>& value, const std::string& path) const {
+    if (json.is_string()) return read_text(json.get<std::string>(), value, path);
+    if (!json.is_array()) refuse(path, "a list", json);
+    std::vector<std::string> parts(json.size());
+    for (size_t i = 0; i < json.size(); ++i) {
+      if (json[i].is_number_integer()) {
+        parts[i] = json[i].dump();
+      } else {
+        read_value(json[i], parts[i], fmt::format("{}[{}]", path, i));
+      }
+    }
+    value = std::move(parts);
   }
 
   /// 8e5 is a whole number too, and handy.

@@ -112,13 +112,14 @@ struct FaceConfig {
   int frontal_views = 4;                 ///< face codes of a frame come from so many most frontal cameras
 };
 
-/// What of a capture is used. Lists by name; an empty list means all.
+/// What of a capture is used. Cameras by name, frames by row, both also by ranges (model/data/selection.h); an empty
+/// list means all, but holds out and validates none.
 struct DataConfig {
   double image_scale = 1;               ///< factor on the pictures' sides (the paper trains DREAMS at half size)
   std::vector<std::string> cameras;     ///< that may be used at all
   std::vector<std::string> hold_out;    ///< cameras that training never sees, their face codes included
   std::vector<std::string> validation;  ///< training cameras set aside for the running PSNR; empty: none is
-  std::vector<int> frames;              ///< rows of the capture's parameters
+  std::vector<std::string> frames;      ///< rows of the capture's parameters
   bool crop_to_person = false;          ///< train on the person's box rather than whole pictures
   int crop_margin = 16;                 ///< pixels around that box
 };

@@ -114,7 +114,6 @@ void validate(const Config& config, const std::string& name) {
                 config.data.image_scale, "above 0 and at most 4");
   check.positive("face.frontal_views", config.face.frontal_views);
   check.not_negative("data.crop_margin", config.data.crop_margin);
-  for (const int frame : config.data.frames) check.not_negative("data.frames", frame);
   check.positive("render.near_plane", config.render.near_plane);
   check.not_negative("render.blur", config.render.blur);
 }

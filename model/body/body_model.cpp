@@ -1,6 +1,8 @@
 #include "model/body/body_model.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 
 #include "host/error.h"
 
@@ -183,6 +185,13 @@ std::vector<int> BodyModel::head_vertices() const {
     if (sum > 0.5) vertices.push_back(v);
   }
   return vertices;
+}
+
+double frontal_angle(const BodyModel& body, const Pose& pose, const std::vector<double>& betas, const Vector3d& from) {
+  const JointFrames frames = body.posed_joints(pose, betas);
+  const Vector3d forward = frames.rotations[HeadJoint] * Vector3d::UnitZ();  // the rest pose faces +Z
+  const Vector3d to_viewer = (from - frames.positions[HeadJoint]).normalized();
+  return std::acos(std::clamp(forward.dot(to_viewer), -1.0, 1.0));
 }
 
 }  // namespace degas

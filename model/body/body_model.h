@@ -82,6 +82,7 @@ class BodyModel {
   /// For captures with flat_hand_mean false: their finger angles are relative to the model's mean hand, which this
   /// adds. Error when the file has no mean hands.
   Pose with_hand_mean(Pose pose) const;
+  bool has_hand_mean() const { return !hand_means_.empty(); }
   /// Vertices whose summed weight of head, jaw and eye joints exceeds one half, ascending.
   std::vector<int> head_vertices() const;
 
@@ -108,6 +109,10 @@ class BodyModel {
   std::vector<Eigen::Vector2d> texture_coordinates_;
   std::vector<Eigen::Vector3d> hand_means_;  // left then right, axis-angles; empty where the file has none
 };
+
+/// Radians between the direction that the head faces and the direction from the head to a point of the world.
+double frontal_angle(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
+                     const Eigen::Vector3d& from);
 
 /// Rotation by an axis-angle vector (Rodrigues), exact near zero.
 Eigen::Matrix3d rotation_from_axis_angle(const Eigen::Vector3d& axis_angle);

@@ -4,29 +4,29 @@
 #include "model/cli/commands.h"
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
+#include "model/data/selection.h"
 #include "model/train/evaluator.h"
 #include "model/train/stop_signal.h"
-#include "model/train/training_views.h"
 
 namespace degas {
 namespace {
 
 struct EvalOptions {
-  std::filesystem::path run, data, output, cache;
+  std::filesystem::path run, data, output;
   std::string cameras, frames;
+  CaptureChoice capture;
   DeviceChoice device;
 };
 
 void evaluate_run(const EvalOptions& options) {
   Device device(options.device.options());
   TrainedAvatar avatar(device, RunFolder(options.run));
-  const std::unique_ptr<Capture> capture = open_capture(options.data, capture_options(avatar.config(), options.cache));
+  const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(avatar.config()));
   EvaluationOptions evaluation;
   const std::vector<std::string>& held_out = avatar.config().data.hold_out;
-  std::vector<std::string> names = split_names(options.cameras);
-  if (names.empty()) names = held_out.empty() ? capture->camera_names() : held_out;
-  evaluation.cameras = camera_indices(*capture, names, "--cameras");
-  evaluation.frames = parse_frames(options.frames, capture->frame_count(), "--frames");
+  const std::vector<std::string> cameras = options.cameras.empty() ? held_out : selection_parts(options.cameras);
+  evaluation.cameras = selected_cameras(cameras, capture->camera_names(), "--cameras");
+  evaluation.frames = selected_frames(selection_parts(options.frames), capture->frame_count(), "--frames");
   evaluation.output = options.output;
   evaluation.stop_requested = StopSignal::requested;
 
@@ -69,10 +69,10 @@ void add_eval_command(CLI::App& app) {
   command->add_option("--data", options->data, "Capture to measure on: the trained one, or a novel sequence")
       ->required();
   command->add_option("--cameras", options->cameras,
-                      "Cameras by name, comma-separated (default: the held-out ones, else all)");
-  command->add_option("--frames", options->frames, "Frames, e.g. 0,4,8:20:2 (default: all)");
+                      fmt::format("{} (default: the held-out ones, else all)", cameras_help));
+  command->add_option("--frames", options->frames, frames_help);
   command->add_option("--out", options->output, "Folder to write")->required();
-  command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
+  add_capture_options(*command, options->capture);
   add_device_options(*command, options->device);
   command->callback([options] { evaluate_run(*options); });
 }

@@ -9,8 +9,9 @@ namespace degas {
 namespace {
 
 struct ExportOptions {
-  std::filesystem::path run, data, output, cache;
+  std::filesystem::path run, data, output;
   int frame = 0;
+  CaptureChoice capture;
   DeviceChoice device;
 };
 
@@ -26,13 +27,12 @@ void add_export_command(CLI::App& app) {
   command->add_option("--data", options->data, "Capture that supplies the driving signals")->required();
   command->add_option("--frame", options->frame, "Frame of the capture")->required();
   command->add_option("--out", options->output, "File to write, e.g. avatar.ply")->required();
-  command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
+  add_capture_options(*command, options->capture);
   add_device_options(*command, options->device);
   command->callback([options] {
     Device device(options->device.options());
     TrainedAvatar avatar(device, RunFolder(options->run));
-    const std::unique_ptr<Capture> capture =
-        open_capture(options->data, capture_options(avatar.config(), options->cache));
+    const std::unique_ptr<Capture> capture = open_capture(options->data, options->capture.options(avatar.config()));
     if (options->frame < 0 || options->frame >= capture->frame_count()) {
       throw Error::format("--frame {}: the capture has frames 0 .. {}", options->frame, capture->frame_count() - 1);
     }

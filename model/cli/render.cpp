@@ -5,68 +5,94 @@
 #include "model/cli/commands.h"
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
+#include "model/data/selection.h"
 #include "model/train/picture.h"
 #include "model/train/stop_signal.h"
 #include "model/train/trained_avatar.h"
-#include "model/train/training_views.h"
 #include "model/train/turntable.h"
 
 namespace degas {
 namespace {
 
 struct RenderOptions {
-  std::filesystem::path run, data, output, cache;
-  std::string camera, frames;
+  std::filesystem::path run, data, output;
+  std::string cameras, frames;
   bool turntable = false;
   double frames_per_second = 25;
+  CaptureChoice capture;
   DeviceChoice device;
 };
+
+/// A picture to draw.
+struct Shot {
+  int frame;
+  Camera view;
+  std::filesystem::path file;  ///< below the output folder
+};
+
+std::vector<Shot> plan_shots(const RenderOptions& options, const Avatar& avatar, const Capture& capture,
+                             bool is_video) {
+  const std::vector<int> frames = selected_frames(selection_parts(options.frames), capture.frame_count(), "--frames");
+  const auto file_of = [](int frame) { return fmt::format("{:06}.png", frame); };
+  std::vector<Shot> shots;
+  if (options.turntable) {
+    const std::vector<Camera> circle = turntable(avatar, capture, frames);
+    for (size_t i = 0; i < frames.size(); ++i) shots.push_back({frames[i], circle[i], file_of(frames[i])});
+    return shots;
+  }
+  const std::vector<std::string>& names = capture.camera_names();
+  const std::vector<std::string> parts =
+      options.cameras.empty() ? std::vector<std::string>{names.front()} : selection_parts(options.cameras);
+  const std::vector<int> cameras = selected_cameras(parts, names, "--cameras");
+  if (is_video && cameras.size() > 1) {
+    throw Error::format("--cameras {}: a video shows one camera; name a folder in --out for several", options.cameras);
+  }
+  for (const int camera : cameras) {
+    const std::filesystem::path folder = cameras.size() > 1 ? names[static_cast<size_t>(camera)] : std::string();
+    for (const int frame : frames) shots.push_back({frame, capture.camera(camera), folder / file_of(frame)});
+  }
+  return shots;
+}
 
 void render(const RenderOptions& options) {
   Device device(options.device.options());
   TrainedAvatar avatar(device, RunFolder(options.run));
-  const std::unique_ptr<Capture> capture = open_capture(options.data, capture_options(avatar.config(), options.cache));
+  const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(avatar.config()));
   FaceCodes codes = avatar.face_codes(*capture);
-  const std::vector<int> frames = parse_frames(options.frames, capture->frame_count(), "--frames");
-  std::vector<Camera> cameras;
-  if (options.turntable) {
-    cameras = turntable(avatar.avatar(), *capture, frames);
-  } else {
-    const int camera = options.camera.empty() ? 0 : camera_indices(*capture, {options.camera}, "--camera")[0];
-    cameras.assign(frames.size(), capture->camera(camera));
-  }
+  const bool is_video = options.output.extension() == ".mp4";
+  const std::vector<Shot> shots = plan_shots(options, avatar.avatar(), *capture, is_video);
 
-  const bool to_video = options.output.extension() == ".mp4";
   std::unique_ptr<VideoWriter> video;
   if (options.output.has_parent_path()) std::filesystem::create_directories(options.output.parent_path());
-  if (to_video) {
-    video = std::make_unique<VideoWriter>(options.output, cameras[0].width, cameras[0].height,
+  if (is_video) {
+    video = std::make_unique<VideoWriter>(options.output, shots[0].view.width, shots[0].view.height,
                                           options.frames_per_second, VideoQuality::Viewing);
   } else {
-    std::filesystem::create_directories(options.output);
+    for (const Shot& shot : shots) std::filesystem::create_directories((options.output / shot.file).parent_path());
   }
   const StopSignal stop;
   Progress progress;
   SplatWorkspace workspace;
   size_t done = 0;
-  while (done < frames.size() && !StopSignal::requested()) {
+  while (done < shots.size() && !StopSignal::requested()) {
+    const Shot& shot = shots[done];
     Tape tape(device, false);
-    const Splats splats = avatar.drive(tape, *capture, codes, frames[done]);
+    const Splats splats = avatar.drive(tape, *capture, codes, shot.frame);
     const SplatImage image =
-        splat(tape, workspace, splats, cameras[done], {1, 1, 1}, splat_options(avatar.config().render));
+        splat(tape, workspace, splats, shot.view, {1, 1, 1}, splat_options(avatar.config().render));
     const Image8 picture = to_image8(image.color);
-    if (to_video) {
+    if (video) {
       video->write(picture);
     } else {
-      write_image(options.output / fmt::format("{:06}.png", frames[done]), picture);
+      write_image(options.output / shot.file, picture);
     }
     ++done;
-    progress.show(static_cast<double>(done) / static_cast<double>(frames.size()),
-                  fmt::format("frame {} of {}", done, frames.size()));
+    progress.show(static_cast<double>(done) / static_cast<double>(shots.size()),
+                  fmt::format("picture {} of {}", done, shots.size()));
   }
   if (video) video->finish();
   progress.finish();
-  fmt::print("wrote {} frames to {}\n", done, options.output.string());
+  fmt::print("wrote {} pictures to {}\n", done, options.output.string());
 }
 
 }  // namespace
@@ -79,13 +105,15 @@ void add_render_command(CLI::App& app) {
   auto options = std::make_shared<RenderOptions>();
   command->add_option("--run", options->run, "Run folder of `degas train`")->required();
   command->add_option("--data", options->data, "Capture that supplies the driving signals")->required();
-  CLI::Option* camera = command->add_option("--camera", options->camera, "Camera of the capture (default: its first)");
+  CLI::Option* cameras =
+      command->add_option("--cameras,--camera", options->cameras,
+                          fmt::format("{} (default: the first); several write a folder each", cameras_help));
   command->add_flag("--turntable", options->turntable, "Circle the person once over the frames instead")
-      ->excludes(camera);
-  command->add_option("--frames", options->frames, "Frames, e.g. 0,4,8:20:2 (default: all)");
+      ->excludes(cameras);
+  command->add_option("--frames", options->frames, frames_help);
   command->add_option("--fps", options->frames_per_second, "Frames per second of the video")->capture_default_str();
   command->add_option("--out", options->output, "VIDEO.mp4, or a folder for PNG files")->required();
-  command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
+  add_capture_options(*command, options->capture);
   add_device_options(*command, options->device);
   command->callback([options] { render(*options); });
 }

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "host/device/device.h"
 #include "model/config.h"
@@ -24,14 +23,17 @@ struct DeviceChoice {
 };
 void add_device_options(CLI::App& command, DeviceChoice& choice);
 
-/// How a config wants its capture opened; an empty cache folder means the user's.
-CaptureOptions capture_options(const Config& config, const std::filesystem::path& cache);
+/// --format and --cache, as every command that opens a capture has them.
+struct CaptureChoice {
+  std::string format;
+  std::filesystem::path cache;
+  /// As the config wants captures opened.
+  CaptureOptions options(const Config& config) const;
+};
+void add_capture_options(CLI::App& command, CaptureChoice& choice);
 
-/// "0,4,8:20:2" as numbers; FIRST:LAST:STRIDE leaves LAST out, and any of the three may be empty. `limit` is the number
-/// of frames. Empty text: all of them. Throws Error naming the option and the part that is wrong.
-std::vector<int> parse_frames(const std::string& text, int limit, const std::string& option);
-
-/// "cam00,cam03" as names.
-std::vector<std::string> split_names(const std::string& text);
+inline constexpr const char* format_help = "Layout of the capture (default: told from its files)";
+inline constexpr const char* cameras_help = "Cameras, e.g. cam00,cam03 or cam00:cam08:2";
+inline constexpr const char* frames_help = "Frames, e.g. 0,4,8:20:2 or 0:400:4 (default: all)";
 
 }  // namespace degas

@@ -5,6 +5,7 @@
 #include "model/cli/commands.h"
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
+#include "model/data/selection.h"
 #include "model/train/stop_signal.h"
 #include "model/train/trainer.h"
 
@@ -12,13 +13,14 @@ namespace degas {
 namespace {
 
 struct TrainOptions {
-  std::filesystem::path data, body, config, output, cache;
-  std::string hold_out;
+  std::filesystem::path data, body, config, output;
+  std::string hold_out, cameras, frames;
   std::vector<std::string> overrides;
   std::optional<int64_t> iterations;
   std::optional<double> minutes;
   std::optional<uint64_t> seed;
   bool resume = false, profile = false;
+  CaptureChoice capture;
   DeviceChoice device;
 };
 
@@ -26,7 +28,9 @@ struct TrainOptions {
 Config config_of(const TrainOptions& options) {
   Config config = load_config(options.config);
   for (const std::string& assignment : options.overrides) apply_override(config, assignment);
-  if (!options.hold_out.empty()) apply_override(config, "data.hold_out=" + options.hold_out);
+  if (!options.hold_out.empty()) config.data.hold_out = selection_parts(options.hold_out);
+  if (!options.cameras.empty()) config.data.cameras = selection_parts(options.cameras);
+  if (!options.frames.empty()) config.data.frames = selection_parts(options.frames);
   if (options.iterations) config.train.iterations = *options.iterations;
   if (options.seed) config.train.seed = *options.seed;
   validate(config, options.config.string());
@@ -60,7 +64,7 @@ void train(const TrainOptions& options) {
   const Config config = config_of(options);
   const RunFolder run(options.output);
   const bool continues = options.resume && run.has_checkpoint();
-  const std::unique_ptr<Capture> capture = open_capture(options.data, capture_options(config, options.cache));
+  const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(config));
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);
@@ -107,11 +111,16 @@ void add_train_command(CLI::App& app) {
       "and\n"
       "stops, --resume goes on with the bits of an uninterrupted run (when the budget is in iterations)");
   auto options = std::make_shared<TrainOptions>();
-  command->add_option("--data", options->data, "Capture folder (DREAMS layout, e.g. PxCy)")->required();
+  command
+      ->add_option("--data", options->data,
+                   "Capture folder in the layout of DREAMS (e.g. PxCy), ActorsHQ, AvatarReX or THuman4")
+      ->required();
   command->add_option("--body", options->body, "Body model, SMPL-X npz layout")->required();
   command->add_option("--config", options->config, "JSON config, e.g. configs/quick.json")->required();
   command->add_option("--out", options->output, "Run folder")->required();
-  command->add_option("--hold-out", options->hold_out, "Cameras training never sees, comma-separated, e.g. cam02");
+  command->add_option("--hold-out", options->hold_out, "Cameras training never sees, e.g. cam02 (data.hold_out)");
+  command->add_option("--cameras", options->cameras, fmt::format("{} (data.cameras; default: all)", cameras_help));
+  command->add_option("--frames", options->frames, frames_help);
   command->add_option("--iterations", options->iterations, "Optimiser steps in all (train.iterations)");
   command
       ->add_option("--minutes", options->minutes,
@@ -122,7 +131,7 @@ void add_train_command(CLI::App& app) {
   command->add_option("--set", options->overrides, "Override a config key, e.g. --set net.width=0.5; may be repeated");
   command->add_flag("--resume", options->resume, "Continue RUN's checkpoint; starts anew where there is none");
   command->add_flag("--profile", options->profile, "Print the time of every kernel, launches and milliseconds a step");
-  command->add_option("--cache", options->cache, "Folder of decoded pictures (default: the user's cache folder)");
+  add_capture_options(*command, options->capture);
   add_device_options(*command, options->device);
   command->callback([options] { train(*options); });
 }

@@ -1,33 +1,86 @@
 #include "model/data/capture.h"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
 #include "host/device/program.h"
 #include "host/error.h"
+#include "model/data/actorshq_capture.h"
+#include "model/data/avatarrex_capture.h"
 #include "model/data/dreams_capture.h"
 #include "model/data/image_cache.h"
 
 namespace degas {
 namespace fs = std::filesystem;
+namespace {
 
-std::unique_ptr<Capture> open_capture(const fs::path& path, const CaptureOptions& given) {
-  CaptureOptions options = given;
-  if (!options.warn) options.warn = [](const std::string& text) { fmt::print(stderr, "warning: {}\n", text); };
+struct Format {
+  std::string name, files;  ///< files: by which it is told
+  bool (*recognises)(const fs::path& folder, bool incomplete);
+  std::unique_ptr<Capture> (*open)(const fs::path& folder, const CaptureOptions& options);
+};
+
+const std::vector<Format>& formats() {
+  static const std::vector<Format> all = {
+      {"dreams", "cameras.json and capture.json", DreamsCapture::recognises,
+       [](const fs::path& folder, const CaptureOptions& options) -> std::unique_ptr<Capture> {
+         return std::make_unique<DreamsCapture>(folder, options);
+       }},
+      {"actorshq", "calibration.csv and rgbs/",
+       [](const fs::path& folder, bool) { return !find_actorshq(folder).empty(); },
+       [](const fs::path& folder, const CaptureOptions& options) -> std::unique_ptr<Capture> {
+         return std::make_unique<PictureCapture>(find_actorshq_layout(folder, options), options);
+       }},
+      {"avatarrex", "calibration_full.json (THuman4: calibration.json)",
+       [](const fs::path& folder, bool) { return is_avatarrex(folder); },
+       [](const fs::path& folder, const CaptureOptions& options) -> std::unique_ptr<Capture> {
+         return std::make_unique<PictureCapture>(find_avatarrex_layout(folder, options), options);
+       }}};
+  return all;
+}
+
+/// What the formats are told by, for errors.
+std::string known_files() {
+  std::vector<std::string> all;
+  for (const Format& format : formats()) all.push_back(fmt::format("{}: {}", format.name, format.files));
+  return fmt::format("{}", fmt::join(all, "; "));
+}
+
+}  // namespace
+
+void print_warning(const std::string& text) {
+  fmt::print(stderr, "warning: {}\n", text);
+}
+
+std::vector<std::string> capture_formats() {
+  std::vector<std::string> names;
+  for (const Format& format : formats()) names.push_back(format.name);
+  return names;
+}
+
+std::unique_ptr<Capture> open_uncached_capture(const fs::path& path, const CaptureOptions& options) {
   if (!(options.image_scale > 0 && options.image_scale <= 1)) {
     throw Error::format("image_scale is {}, expected above 0 and at most 1", options.image_scale);
   }
-  if (!options.format.empty() && options.format != "dreams") {
-    throw Error::format("capture format '{}' is not known; known: dreams", options.format);
+  const std::vector<std::string> names = capture_formats();
+  if (!options.format.empty() && std::find(names.begin(), names.end(), options.format) == names.end()) {
+    throw Error::format("capture format '{}' is not known; known: {}", options.format, fmt::join(names, ", "));
   }
   if (!fs::is_directory(path)) {
-    throw Error::format("{}: no such folder; name that of a capture, with cameras.json and capture.json",
-                        path.string());
+    throw Error::format("{}: no such folder; name that of a capture ({})", path.string(), known_files());
   }
-  if (options.format.empty() && !DreamsCapture::recognises(path)) {
-    throw Error::format("{}: holds no known capture; one in the DREAMS layout has cameras.json and capture.json",
-                        path.string());
+  for (const Format& format : formats()) {
+    const bool is_chosen =
+        options.format.empty() ? format.recognises(path, options.incomplete) : options.format == format.name;
+    if (is_chosen) return format.open(path, options);
   }
-  auto capture = std::make_unique<DreamsCapture>(path, options);
+  throw Error::format("{}: holds no known capture; they are told by their files: {}", path.string(), known_files());
+}
+
+std::unique_ptr<Capture> open_capture(const fs::path& path, const CaptureOptions& options) {
   const fs::path cache = options.cache.empty() ? cache_folder() / "captures" : options.cache;
-  return std::make_unique<CachedCapture>(std::move(capture), cache, options.warn);
+  return std::make_unique<CachedCapture>(open_uncached_capture(path, options), cache, options.warn);
 }
 
 }  // namespace degas

@@ -52,24 +52,41 @@ class Capture {
   virtual std::vector<double> betas() const = 0;
   virtual bool flat_hand_mean() const = 0;
 
+  /// False only where CaptureOptions::incomplete let a capture be opened without body parameters (pose, betas and
+  /// flat_hand_mean are then an Error) or without masks (every mask is then 255 throughout).
+  virtual bool has_poses() const { return true; }
+  virtual bool has_masks() const { return true; }
+
   /// Length of every face code; 0 when the capture has none.
   virtual int face_code_size() const = 0;
   /// Nothing where no code exists for this view (a frame may have codes of cameras without a picture).
   virtual std::optional<std::vector<float>> face_code(int frame, int camera) const = 0;
+  /// Is there a code? Cheaper than to read it.
+  virtual bool has_face_code(int frame, int camera) const { return face_code(frame, camera).has_value(); }
 };
+
+/// "warning: ..." on the error output.
+void print_warning(const std::string& text);
 
 /// How a capture is opened.
 struct CaptureOptions {
-  double image_scale = 1;                ///< factor on the pictures' sides, above 0 and at most 1
-  std::filesystem::path cache;           ///< folder of decoded pictures; empty: captures/ in the user's cache folder
-  std::string format;                    ///< "dreams"; empty: told from the files
-  std::string parameters = "smplx.npz";  ///< name of the body parameters' file
-  /// Told once for each thing that is skipped; by default a line on the error output.
-  std::function<void(const std::string&)> warn;
+  double image_scale = 1;            ///< factor on the pictures' sides, above 0 and at most 1; moves the cameras too
+  std::filesystem::path cache;       ///< folder of decoded pictures; empty: captures/ in the user's cache folder
+  std::string format;                ///< one of capture_formats(); empty: told from the files
+  std::filesystem::path parameters;  ///< body parameters' file, relative to the capture; empty: the format's name
+  bool incomplete = false;           ///< also without body parameters, masks or capture.json: to look at, not to train
+  std::function<void(const std::string&)> warn = print_warning;  ///< told once for each thing that is skipped
 };
 
+/// Names of the formats that are read: dreams, actorshq, avatarrex (THuman4 too).
+std::vector<std::string> capture_formats();
+
+/// Opens a capture that decodes a picture at every load: for looking at a few. Error when the folder holds no known
+/// format, or for what the format's reader finds wrong.
+std::unique_ptr<Capture> open_uncached_capture(const std::filesystem::path& path, const CaptureOptions& options = {});
+
 /// Opens a capture with a cache of its decoded pictures in between: the first has_image or load of a camera decodes
-/// that camera's video. Error when the folder holds no known format, or for what the format's reader finds wrong.
+/// that camera's pictures. Errors as above.
 std::unique_ptr<Capture> open_capture(const std::filesystem::path& path, const CaptureOptions& options = {});
 
 }  // namespace degas

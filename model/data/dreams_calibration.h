@@ -4,25 +4,22 @@
 #include <optional>
 #include <vector>
 
-#include "host/ops/camera.h"
+#include "model/data/foreground.h"
+#include "model/data/lens.h"
 
 namespace degas {
-
-/// What lies behind the person in the videos' colour half: white or black paper (colours are blended with it by alpha),
-/// or the scene (colours are whole).
-enum class DreamsBackground { White, Black, Scene };
 
 /// What capture.json says.
 struct DreamsDescription {
   int frame_offset = 0;                             ///< video frame = frame number + offset
   std::optional<int> colour_width;                  ///< columns of the colour half; otherwise half of the video
-  std::optional<DreamsBackground> background;       ///< key video.background; otherwise measured on a frame
+  std::optional<Background> background;             ///< key video.background; otherwise measured on a frame
   std::optional<std::vector<int>> cameras_present;  ///< cameras that must have a video; otherwise those that have
 };
 
-/// Cameras of cameras.json at full size, in rig order. x_camera = R diag(1,-1,-1) x_world - R c. Errors name file, rig
-/// and key.
-std::vector<Camera> read_dreams_cameras(const std::filesystem::path& path);
+/// Cameras of cameras.json at full size, in rig order. x_camera = R diag(1,-1,-1) x_world - R c. A camera may have
+/// "distortion", OpenCV's coefficients, which DREAMS' own files do not. Errors name file, rig and key.
+std::vector<Lens> read_dreams_cameras(const std::filesystem::path& path);
 DreamsDescription read_dreams_description(const std::filesystem::path& path);
 
 }  // namespace degas

@@ -3,35 +3,17 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <limits>
 #include <mutex>
+#include <numeric>
 
 #include "host/error.h"
 #include "host/io/video.h"
+#include "model/data/foreground.h"
 #include "model/data/identity.h"
 
 namespace degas {
 namespace fs = std::filesystem;
-namespace {
-
-/// Alpha from which a pixel counts as the person's when a mask is asked whether it is empty.
-constexpr int opaque = 128;
-
-/// Turns the colour half into colour times alpha, in place.
-void premultiply(Image8& colour, const Image8& alpha, DreamsBackground background) {
-  for (size_t i = 0; i < alpha.pixels.size(); ++i) {
-    const int a = alpha.pixels[i];
-    for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
-      const int value = colour.pixels[c];
-      // Over paper of colour B the video holds alpha F + (1 - alpha) B. Compression leaves values beyond 0..alpha.
-      const int foreground = background == DreamsBackground::White   ? value - (255 - a)
-                             : background == DreamsBackground::Black ? value
-                                                                     : (value * a + 127) / 255;
-      colour.pixels[c] = static_cast<uint8_t>(std::clamp(foreground, 0, a));
-    }
-  }
-}
-
-}  // namespace
 
 struct DreamsCapture::Video {
   explicit Video(const fs::path& path) : path(path), reader(path) {}
@@ -40,20 +22,21 @@ struct DreamsCapture::Video {
   VideoReader reader;
 };
 
-bool DreamsCapture::recognises(const fs::path& folder) {
-  return fs::is_regular_file(folder / "cameras.json") && fs::is_regular_file(folder / "capture.json");
+bool DreamsCapture::recognises(const fs::path& folder, bool incomplete) {
+  return fs::is_regular_file(folder / "cameras.json") && (incomplete || fs::is_regular_file(folder / "capture.json"));
 }
 
 DreamsCapture::DreamsCapture(const fs::path& folder, const CaptureOptions& options)
-    : folder_(folder),
-      options_(options),
-      cameras_(read_dreams_cameras(folder / "cameras.json")),
-      description_(read_dreams_description(folder / "capture.json")),
-      parameters_(read_dreams_parameters(folder / options.parameters)),
-      codes_(folder, parameters_.frame_numbers, static_cast<int>(cameras_.size())) {
-  if (!options_.warn) options_.warn = [](const std::string& text) { fmt::print(stderr, "warning: {}\n", text); };
-  for (size_t i = 0; i < cameras_.size(); ++i) names_.push_back(fmt::format("cam{:02d}", i));
+    : folder_(folder), options_(options), lenses_(read_dreams_cameras(folder / "cameras.json")) {
+  if (options_.parameters.empty()) options_.parameters = "smplx.npz";
+  const auto is_read = [&](const fs::path& path) { return !options_.incomplete || fs::exists(path); };
+  if (is_read(folder / "capture.json")) description_ = read_dreams_description(folder / "capture.json");
+  if (is_read(folder / options_.parameters)) parameters_ = read_smplx_parameters(folder / options_.parameters);
+  for (size_t i = 0; i < lenses_.size(); ++i) names_.push_back(fmt::format("cam{:02d}", i));
   open_videos();
+  if (!has_poses()) count_frames();
+  codes_ = std::make_unique<DreamsCodes>(folder, parameters_.frame_numbers, static_cast<int>(lenses_.size()));
+  warn_of_offset();
   measure_background();
   make_identity();
 }
@@ -63,7 +46,7 @@ DreamsCapture::~DreamsCapture() = default;
 void DreamsCapture::open_videos() {
   const auto& listed = description_.cameras_present;
   std::vector<std::string> without;
-  for (size_t i = 0; i < cameras_.size(); ++i) {
+  for (size_t i = 0; i < lenses_.size(); ++i) {
     videos_.emplace_back();
     const fs::path path = folder_ / "videos" / (names_[i] + ".mp4");
     const bool present = listed && std::find(listed->begin(), listed->end(), static_cast<int>(i)) != listed->end();
@@ -78,25 +61,40 @@ void DreamsCapture::open_videos() {
       continue;
     }
     videos_.back() = std::make_unique<Video>(path);
-    check_length(*videos_.back());
-    const Camera& camera = cameras_[i];
-    const int width = videos_.back()->reader.width(), height = videos_.back()->reader.height();
-    // Encoders take even sizes only: an odd height has a row more in the video.
-    if (width != 2 * description_.colour_width.value_or(width / 2) || width != 2 * camera.width ||
-        height != camera.height + camera.height % 2) {
-      throw Error::format(
-          "{}: is {}x{}, but colour and alpha of {}x{} (cameras.json) side by side (rgb_width {}) make {}x{}",
-          path.string(), width, height, camera.width, camera.height, description_.colour_width.value_or(width / 2),
-          2 * camera.width, camera.height);
-    }
+    if (has_poses()) check_length(*videos_.back());
+    check_size(i);
   }
-  if (without.size() == cameras_.size())
-    throw Error::format("{}: no camera has a video", (folder_ / "videos").string());
+  if (without.size() == lenses_.size()) throw Error::format("{}: no camera has a video", (folder_ / "videos").string());
   if (!without.empty()) {
     options_.warn(
         fmt::format("{}: cameras without a video are skipped: {}", folder_.string(), fmt::join(without, ", ")));
   }
-  warn_of_offset();
+}
+
+void DreamsCapture::check_size(size_t index) {
+  const Camera& camera = lenses_[index].camera;
+  const Video& video = *videos_[index];
+  const int width = video.reader.width(), height = video.reader.height();
+  const bool is_first = std::count(videos_.begin(), videos_.end(), nullptr) + 1 == std::ssize(videos_);
+  if (is_first && options_.incomplete) has_mattes_ = width != camera.width;
+  if (!has_mattes_ && width == camera.width && (height == camera.height || height == camera.height + 1)) return;
+  // Encoders take even sizes only: an odd height has a row more in the video.
+  if (!has_mattes_ || width != 2 * description_.colour_width.value_or(width / 2) || width != 2 * camera.width ||
+      height != camera.height + camera.height % 2) {
+    throw Error::format(
+        "{}: is {}x{}, but colour and alpha of {}x{} (cameras.json) side by side (rgb_width {}) make {}x{}",
+        video.path.string(), width, height, camera.width, camera.height, description_.colour_width.value_or(width / 2),
+        2 * camera.width, camera.height);
+  }
+}
+
+void DreamsCapture::count_frames() {
+  int frames = std::numeric_limits<int>::max();
+  for (const auto& video : videos_) {
+    if (video) frames = std::min(frames, video->reader.frame_count());
+  }
+  parameters_.frame_numbers.resize(static_cast<size_t>(std::max(frames, 0)));
+  std::iota(parameters_.frame_numbers.begin(), parameters_.frame_numbers.end(), 0);
 }
 
 void DreamsCapture::check_length(const Video& video) const {
@@ -135,7 +133,8 @@ bool DreamsCapture::has_image(int frame, int camera) const {
 
 std::pair<Image8, Image8> DreamsCapture::halves(int64_t number, int camera) const {
   Video& video = *videos_[static_cast<size_t>(camera)];
-  const Camera& view = cameras_[static_cast<size_t>(camera)];
+  const Lens& lens = lenses_[static_cast<size_t>(camera)];
+  const Camera& view = lens.camera;
   Image8 frame;
   {
     const std::lock_guard lock(video.mutex);
@@ -145,13 +144,14 @@ std::pair<Image8, Image8> DreamsCapture::halves(int64_t number, int camera) cons
                           number);
     }
   }
-  std::pair<Image8, Image8> halves{cropped(frame, 0, 0, view.width, view.height),
-                                   Image8::black(view.width, view.height, 1)};
-  for (int y = 0; y < view.height; ++y) {
+  Image8 colour = cropped(frame, 0, 0, view.width, view.height);
+  Image8 alpha = Image8::black(view.width, view.height, 1);
+  for (int y = 0; y < view.height && has_mattes_; ++y) {
     const uint8_t* right = frame.at(view.width, y);
-    for (int x = 0; x < view.width; ++x) *halves.second.at(x, y) = right[3 * x + 1];
+    for (int x = 0; x < view.width; ++x) *alpha.at(x, y) = right[3 * x + 1];
   }
-  return halves;
+  if (!has_mattes_) std::fill(alpha.pixels.begin(), alpha.pixels.end(), uint8_t{255});
+  return {undistorted(colour, lens), undistorted(alpha, lens)};
 }
 
 void DreamsCapture::measure_background() {
@@ -160,34 +160,20 @@ void DreamsCapture::measure_background() {
     return;
   }
   // Not said: seen on the first picture there is, in the pixels that alpha calls empty.
-  for (int camera = 0; camera < static_cast<int>(cameras_.size()); ++camera) {
+  for (int camera = 0; camera < static_cast<int>(lenses_.size()); ++camera) {
     for (int frame = 0; frame < frame_count(); ++frame) {
       if (!has_image(frame, camera)) continue;
       const auto [colour, alpha] = halves(video_frame(frame), camera);
-      size_t outside = 0, white = 0, black = 0;
-      for (size_t i = 0; i < alpha.pixels.size(); ++i) {
-        if (alpha.pixels[i] > 2) continue;
-        const auto [low, high] =
-            std::minmax({colour.pixels[3 * i], colour.pixels[3 * i + 1], colour.pixels[3 * i + 2]});
-        ++outside;
-        white += low > 225;
-        black += high < 30;
-      }
-      if (10 * white > 9 * outside)
-        background_ = DreamsBackground::White;
-      else if (10 * black >= 9 * outside)
-        background_ = DreamsBackground::Black;
-      else
-        background_ = DreamsBackground::Scene;
+      background_ = measured_background(colour, alpha);
       return;
     }
   }
 }
 
 Sample DreamsCapture::load(int frame, int camera) const {
-  if (frame < 0 || frame >= frame_count() || camera < 0 || camera >= static_cast<int>(cameras_.size())) {
+  if (frame < 0 || frame >= frame_count() || camera < 0 || camera >= static_cast<int>(lenses_.size())) {
     throw Error::format("{}: no frame {} of camera {}; there are {} frames and {} cameras", folder_.string(), frame,
-                        camera, frame_count(), cameras_.size());
+                        camera, frame_count(), lenses_.size());
   }
   const std::string& name = names_[static_cast<size_t>(camera)];
   if (!has_image(frame, camera)) {
@@ -195,13 +181,8 @@ Sample DreamsCapture::load(int frame, int camera) const {
                         videos_[static_cast<size_t>(camera)] ? "its video does not reach there" : "it has no video");
   }
   auto [colour, alpha] = halves(video_frame(frame), camera);
-  if (*std::max_element(alpha.pixels.begin(), alpha.pixels.end()) < opaque) {
-    throw Error::format("{}: frame {} of {} has an empty mask", videos_[static_cast<size_t>(camera)]->path.string(),
-                        frame, name);
-  }
-  premultiply(colour, alpha, background_);
-  const Camera view = this->camera(camera);
-  return {frame, camera, view, resized(colour, view.width, view.height), resized(alpha, view.width, view.height)};
+  return make_sample({frame, camera}, this->camera(camera), std::move(colour), alpha, background_,
+                     videos_[static_cast<size_t>(camera)]->path.string(), name);
 }
 
 void DreamsCapture::make_identity() {
@@ -209,12 +190,12 @@ void DreamsCapture::make_identity() {
   identity.add("dreams 1");
   identity.add(fmt::format("{:.17g} {}", options_.image_scale, static_cast<int>(background_)));
   for (const fs::path& file : {folder_ / "cameras.json", folder_ / "capture.json", folder_ / options_.parameters}) {
-    identity.add_file(file);
+    if (!options_.incomplete || fs::exists(file)) identity.add_file(file);
   }
   for (const auto& video : videos_) {
     if (video) identity.add_file(video->path);
   }
-  for (const fs::path& file : codes_.files()) identity.add_file(file);
+  for (const fs::path& file : codes_->files()) identity.add_file(file);
   identity_ = identity.text();
 }
 

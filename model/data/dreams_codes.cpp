@@ -88,6 +88,12 @@ std::vector<float> DreamsCodes::read(const std::string& source) const {
   return code;
 }
 
+bool DreamsCodes::has_code(int frame, int camera) const {
+  const std::lock_guard lock(mutex_);
+  const View view{frame, camera};
+  return sources_.count(view) > 0 || codes_.count(view) > 0;
+}
+
 std::optional<std::vector<float>> DreamsCodes::code(int frame, int camera) const {
   const std::lock_guard lock(mutex_);
   const View view{frame, camera};

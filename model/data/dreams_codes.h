@@ -24,6 +24,7 @@ class DreamsCodes {
   int size() const { return size_; }
   /// Error naming the file when a code is damaged, not finite or of another length than the first.
   std::optional<std::vector<float>> code(int frame, int camera) const;
+  bool has_code(int frame, int camera) const;
   /// The files that codes come from: one archive, or many small ones.
   std::vector<std::filesystem::path> files() const;
 

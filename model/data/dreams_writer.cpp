@@ -7,7 +7,7 @@
 #include "host/io/file_bytes.h"
 #include "host/io/npz.h"
 #include "host/io/torch_archive.h"
-#include "model/data/dreams_parameters.h"
+#include "model/data/smplx_parameters.h"
 
 namespace degas {
 namespace fs = std::filesystem;
@@ -85,7 +85,7 @@ void DreamsWriter::write_parameters(const std::vector<Pose>& poses, const std::v
                                     bool flat_hand_mean) const {
   const auto frames = static_cast<int64_t>(poses.size());
   std::map<std::string, NpyArray> arrays;
-  for (const DreamsJointBlock& block : dreams_joint_blocks) {
+  for (const SmplxJointBlock& block : smplx_joint_blocks) {
     std::vector<float> values;
     for (const Pose& pose : poses) {
       for (int joint = 0; joint < block.joints; ++joint) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "model/data/numbered_files.h"
+
 namespace degas {
 
 /// Gathers what a cache must not confuse into 128 bits (two FNV-1a hashes). Files count by path, size and time of
@@ -14,6 +16,8 @@ class Identity {
   void add(std::string_view text);
   /// A file or folder; Error naming it when it is missing.
   void add_file(const std::filesystem::path& path);
+  /// Every file of a series.
+  void add_files(const NumberedFiles& files);
   /// 32 hexadecimal digits.
   std::string text() const;
 

@@ -30,10 +30,13 @@ class CachedCapture : public Capture {
   Pose pose(int frame) const override { return source_->pose(frame); }
   std::vector<double> betas() const override { return source_->betas(); }
   bool flat_hand_mean() const override { return source_->flat_hand_mean(); }
+  bool has_poses() const override { return source_->has_poses(); }
+  bool has_masks() const override { return source_->has_masks(); }
   int face_code_size() const override { return source_->face_code_size(); }
   std::optional<std::vector<float>> face_code(int frame, int camera) const override {
     return source_->face_code(frame, camera);
   }
+  bool has_face_code(int frame, int camera) const override { return source_->has_face_code(frame, camera); }
 
  private:
   class Store;

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <thread>
+
+#include "model/data/depth_buffer.h"
 
 namespace degas {
 namespace {
@@ -14,52 +15,9 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
 
-struct ScreenVertex {
-  float x, y, z;  // sample coordinates and depth in metres
-};
-
 /// Twice the signed area of (a, b, p).
 float edge(const ScreenVertex& a, const ScreenVertex& b, float x, float y) {
   return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
-}
-
-struct SampleBuffer {
-  int width, height;
-  std::vector<float> inverse_depth;
-  std::vector<int> triangle;
-};
-
-void draw_triangles(const std::vector<ScreenVertex>& screen, const std::vector<Eigen::Vector3i>& triangles,
-                    SampleBuffer& buffer) {
-  constexpr float near_plane = 0.05F;
-  for (size_t t = 0; t < triangles.size(); ++t) {
-    const ScreenVertex &a = screen[triangles[t][0]], &b = screen[triangles[t][1]], &c = screen[triangles[t][2]];
-    if (!(a.z > near_plane && b.z > near_plane && c.z > near_plane)) continue;
-    const float area = edge(a, b, c.x, c.y);
-    if (!(area < 0)) continue;  // y points down: outer faces turn the other way round
-    const int left = std::max(0, static_cast<int>(std::ceil(std::min({a.x, b.x, c.x}) - 0.5F)));
-    const int right = std::min(buffer.width - 1, static_cast<int>(std::floor(std::max({a.x, b.x, c.x}) - 0.5F)));
-    const int top = std::max(0, static_cast<int>(std::ceil(std::min({a.y, b.y, c.y}) - 0.5F)));
-    const int bottom = std::min(buffer.height - 1, static_cast<int>(std::floor(std::max({a.y, b.y, c.y}) - 0.5F)));
-    // Barycentric weights of b and c, and the inverse depth, as planes over the samples (anchored at a).
-    const float scale = 1 / area;
-    const float b_x = (c.y - a.y) * scale, b_y = -(c.x - a.x) * scale;
-    const float c_x = -(b.y - a.y) * scale, c_y = (b.x - a.x) * scale;
-    const float at_a = 1 / a.z, slope_b = 1 / b.z - at_a, slope_c = 1 / c.z - at_a;
-    for (int y = top; y <= bottom; ++y) {
-      const float dy = static_cast<float>(y) + 0.5F - a.y;
-      const size_t line = static_cast<size_t>(y) * buffer.width;
-      for (int x = left; x <= right; ++x) {
-        const float dx = static_cast<float>(x) + 0.5F - a.x;
-        const float wb = b_x * dx + b_y * dy, wc = c_x * dx + c_y * dy;
-        if (wb < 0 || wc < 0 || wb + wc > 1) continue;
-        const float inverse = at_a + wb * slope_b + wc * slope_c;
-        if (inverse <= buffer.inverse_depth[line + x]) continue;
-        buffer.inverse_depth[line + x] = inverse;
-        buffer.triangle[line + x] = static_cast<int>(t);
-      }
-    }
-  }
 }
 
 /// sRGB transfer curve of a linear value, tabulated; values above 1 saturate smoothly.
@@ -116,19 +74,9 @@ Vector4f MannequinTexture::sample(float u, float v) const {
 }
 
 RenderedPicture rasterize(const LitScene& scene, const Camera& camera, int supersampling) {
-  SampleBuffer buffer{camera.width * supersampling, camera.height * supersampling, {}, {}};
-  buffer.inverse_depth.assign(static_cast<size_t>(buffer.width) * buffer.height, 0.0F);
-  buffer.triangle.assign(buffer.inverse_depth.size(), -1);
-  std::vector<ScreenVertex> screen(scene.positions.size());
-  const Eigen::Matrix3f rotation = camera.rotation.cast<float>();
-  const Vector3f translation = camera.translation.cast<float>();
-  const auto fx = static_cast<float>(camera.fx * supersampling), fy = static_cast<float>(camera.fy * supersampling);
-  const auto cx = static_cast<float>(camera.cx * supersampling), cy = static_cast<float>(camera.cy * supersampling);
-  for (size_t v = 0; v < screen.size(); ++v) {
-    const Vector3f p = rotation * scene.positions[v] + translation;
-    screen[v] = {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy, p.z()};
-  }
-  draw_triangles(screen, *scene.triangles, buffer);
+  DepthBuffer buffer(camera.width * supersampling, camera.height * supersampling);
+  const std::vector<ScreenVertex> screen = project(scene.positions, camera, supersampling);
+  buffer.draw(screen, *scene.triangles);
 
   const Vector3f eye = camera.center().cast<float>();
   RenderedPicture picture{camera.width, camera.height, {}, {}};

@@ -1,8 +1,5 @@
 #include "model/train/avatar.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace degas {
 namespace {
 
@@ -68,10 +65,7 @@ Splats Avatar::pose(Tape& tape, const CanonicalGaussians& gaussians, const Devic
 }
 
 double Avatar::frontal_angle(const Pose& pose, const Camera& camera) const {
-  const JointFrames frames = body_.posed_joints(pose, betas_);
-  const Eigen::Vector3d forward = frames.rotations[HeadJoint] * Eigen::Vector3d::UnitZ();  // the rest pose faces +Z
-  const Eigen::Vector3d to_camera = (camera.center() - frames.positions[HeadJoint]).normalized();
-  return std::acos(std::clamp(forward.dot(to_camera), -1.0, 1.0));
+  return degas::frontal_angle(body_, pose, betas_, camera.center());
 }
 
 }  // namespace degas

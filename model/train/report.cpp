@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/error.h"
+#include "model/train/html.h"
 #include "model/train/svg_chart.h"
 
 namespace degas {
@@ -26,29 +27,6 @@ nlohmann::json parse(const std::string& text, const fs::path& path) {
   } catch (const nlohmann::json::exception& error) {
     throw Error::format("{}: not JSON: {}", path.string(), error.what());
   }
-}
-
-std::string escape(const std::string& text) {
-  std::string out;
-  for (char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
 }
 
 /// A curve for every numeric key of history.jsonl, over steps.
@@ -118,34 +96,11 @@ std::vector<fs::path> choose_sheets(const fs::path& folder, int count) {
   return chosen;
 }
 
-constexpr const char* style =
-    "body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2em auto;padding:0 1em;color:#222}"
-    "h1,h2{font-weight:600}table{border-collapse:collapse}td,th{padding:.25em .9em;border-bottom:1px solid "
-    "#ddd;text-align:right}"
-    "td:first-child{text-align:left}img{max-width:100%;display:block}figure{margin:1em 0}figcaption{color:#666}"
-    ".charts{display:flex;flex-wrap:wrap;gap:1em}";
-
 }  // namespace
-
-std::string base64(const std::string& bytes) {
-  constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    const size_t count = std::min<size_t>(3, bytes.size() - i);
-    uint32_t word = 0;
-    for (size_t k = 0; k < 3; ++k) word = word << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (size_t k = 0; k < 4; ++k) out += k <= count ? digits[word >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
 
 void write_report(const fs::path& output, const ReportInputs& inputs) {
   const auto curves = read_history(inputs.run / "history.jsonl");
-  std::string html = fmt::format(
-      "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{1}</style></head>"
-      "<body><h1>{0}</h1>",
-      escape(inputs.title), style);
+  std::string html = page_head(inputs.title);
 
   std::vector<std::pair<std::string, nlohmann::json>> columns;
   for (const fs::path& folder : inputs.evaluations) {
@@ -162,9 +117,7 @@ void write_report(const fs::path& output, const ReportInputs& inputs) {
     if (sheets.empty()) continue;
     html += fmt::format("<h2>Pictures: {}</h2><p>Truth, render, error.</p>", escape(folder.filename().string()));
     for (const fs::path& sheet : sheets) {
-      html += fmt::format(
-          "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>",
-          escape(sheet.stem().string()), base64(read_file(sheet)));
+      html += figure(read_file(sheet), "png", escape(sheet.stem().string()));
     }
   }
   const fs::path config = inputs.run / "config.json";

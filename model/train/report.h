@@ -17,7 +17,4 @@ struct ReportInputs {
 /// and its sheets (truth, render, error) embedded. Throws Error naming a missing or broken file.
 void write_report(const std::filesystem::path& output, const ReportInputs& inputs);
 
-/// Standard base64 with padding.
-std::string base64(const std::string& bytes);
-
 }  // namespace degas

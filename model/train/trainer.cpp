@@ -76,7 +76,7 @@ nlohmann::json history_line(const TrainingReport& report) {
 
 Trainer::Trainer(Device& device, const Config& config, const Capture& capture, const RunFolder& run)
     : device_(device),
-      config_(config),
+      config_(with_camera_names(config, capture)),
       capture_(capture),
       run_(run),
       avatar_(device, config, BodyModel::load(run.body_file()), capture.betas(),

@@ -1,11 +1,9 @@
 #include "model/train/training_views.h"
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
-#include <numeric>
 
 #include "host/error.h"
+#include "model/data/selection.h"
 
 namespace degas {
 namespace {
@@ -15,23 +13,6 @@ constexpr uint8_t least_alpha = 16;  // above the ringing of a lossy alpha video
 
 bool contains(const std::vector<int>& values, int value) {
   return std::find(values.begin(), values.end(), value) != values.end();
-}
-
-std::vector<int> chosen_frames(const Capture& capture, const DataConfig& data) {
-  std::vector<int> frames = data.frames;
-  if (frames.empty()) {
-    frames.resize(capture.frame_count());
-    std::iota(frames.begin(), frames.end(), 0);
-  }
-  for (auto frame = frames.begin(); frame != frames.end(); ++frame) {
-    if (*frame < 0 || *frame >= capture.frame_count()) {
-      throw Error::format("data.frames: no frame {}; the capture has 0 .. {}", *frame, capture.frame_count() - 1);
-    }
-    if (std::find(frames.begin(), frame, *frame) != frame) {
-      throw Error::format("data.frames: frame {} twice; name each once", *frame);
-    }
-  }
-  return frames;
 }
 
 /// Smallest size, in steps of 16 pixels, that holds the person's box with its margin in every training picture. One
@@ -49,37 +30,37 @@ void find_window(const Capture& capture, const DataConfig& data, TrainingViews& 
 
 }  // namespace
 
-std::vector<int> camera_indices(const Capture& capture, const std::vector<std::string>& names,
-                                const std::string& option) {
+Config with_camera_names(Config config, const Capture& capture) {
   const std::vector<std::string>& known = capture.camera_names();
-  std::vector<int> indices;
-  for (const std::string& name : names) {
-    const auto found = std::find(known.begin(), known.end(), name);
-    if (found == known.end())
-      throw Error::format("{}: no camera '{}'; cameras here: {}", option, name, fmt::join(known, ", "));
-    const int index = static_cast<int>(found - known.begin());
-    if (contains(indices, index)) throw Error::format("{}: camera '{}' twice; name each once", option, name);
-    indices.push_back(index);
-  }
-  return indices;
+  const auto write_out = [&](std::vector<std::string>& list, const char* key) {
+    if (list.empty()) return;
+    std::vector<std::string> names;
+    for (const int camera : selected_cameras(list, known, key)) names.push_back(known[static_cast<size_t>(camera)]);
+    list = std::move(names);
+  };
+  write_out(config.data.cameras, "data.cameras");
+  write_out(config.data.hold_out, "data.hold_out");
+  write_out(config.data.validation, "data.validation");
+  return config;
 }
 
 std::vector<int> allowed_cameras(const Capture& capture, const DataConfig& data) {
-  std::vector<int> allowed = camera_indices(capture, data.cameras, "data.cameras");
-  if (data.cameras.empty()) {
-    allowed.resize(capture.camera_names().size());
-    std::iota(allowed.begin(), allowed.end(), 0);
+  std::vector<int> allowed = selected_cameras(data.cameras, capture.camera_names(), "data.cameras");
+  if (!data.hold_out.empty()) {
+    const std::vector<int> held_out = selected_cameras(data.hold_out, capture.camera_names(), "data.hold_out");
+    std::erase_if(allowed, [&](int camera) { return contains(held_out, camera); });
   }
-  const std::vector<int> held_out = camera_indices(capture, data.hold_out, "data.hold_out");
-  std::erase_if(allowed, [&](int camera) { return contains(held_out, camera); });
   if (allowed.empty()) throw Error("data.hold_out: leaves no camera to train on; hold out fewer");
   return allowed;
 }
 
 TrainingViews::TrainingViews(const Capture& capture, const DataConfig& data) {
   const std::vector<int> allowed = allowed_cameras(capture, data);
-  const std::vector<int> set_aside = camera_indices(capture, data.validation, "data.validation");
-  for (int frame : chosen_frames(capture, data)) {
+  std::vector<int> set_aside;
+  if (!data.validation.empty()) {
+    set_aside = selected_cameras(data.validation, capture.camera_names(), "data.validation");
+  }
+  for (int frame : selected_frames(data.frames, capture.frame_count(), "data.frames")) {
     LoadRequest views{frame, {}};
     for (int camera : allowed) {
       if (!capture.has_image(frame, camera)) continue;

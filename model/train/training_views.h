@@ -9,10 +9,9 @@
 
 namespace degas {
 
-/// Indices of the named cameras of a capture. Throws Error listing the cameras that exist when a name is unknown, or
-/// for one that is named twice.
-std::vector<int> camera_indices(const Capture& capture, const std::vector<std::string>& names,
-                                const std::string& option);
+/// The config with its ranges of cameras written out as names, as a run keeps them: another sequence may lack cameras
+/// that a range goes by.
+Config with_camera_names(Config config, const Capture& capture);
 
 /// The cameras that a config allows: data.cameras (or all) without data.hold_out.
 std::vector<int> allowed_cameras(const Capture& capture, const DataConfig& data);

@@ -47,8 +47,9 @@ TEST_CASE("faults of a file are one line that names file, key and remedy") {
   CHECK_THROWS_WITH(fault(R"({"net": {"latent_size": 1.5}})"), Contains("a whole number"));
   CHECK_THROWS_WITH(fault(R"({"net": {"latent_size": 3e9}})"), Contains("a whole number from"));
   CHECK_THROWS_WITH(fault(R"({"train": {"seed": -1}})"), Contains("a whole number from 0"));
-  CHECK_THROWS_WITH(fault(R"({"data": {"hold_out": "cam02"}})"), Contains("'data.hold_out' must be a list"));
-  CHECK_THROWS_WITH(fault(R"({"data": {"hold_out": ["cam02", 3]}})"), Contains("'data.hold_out[1]' must be a string"));
+  CHECK_THROWS_WITH(fault(R"({"data": {"hold_out": {"cam02": 1}}})"), Contains("'data.hold_out' must be a list"));
+  CHECK_THROWS_WITH(fault(R"({"data": {"hold_out": ["cam02", true]}})"), Contains("hold_out[1]' must be a string"));
+  CHECK_THROWS_WITH(fault(R"({"net": {"decoder_channels": "8,8,8"}})"), Contains("must be a list"));
   CHECK_THROWS_WITH(fault(R"({"loss": {"lpips_network": "vgg"}})"), Contains("one of alex, squeeze"));
   CHECK_THROWS_WITH(fault("{\n\"net\": {\n\"width\": }}"), Contains("f.json: line 3 is not valid JSON"));
   CHECK_THROWS_WITH(fault("[1]"), Contains("an object of sections"));
@@ -86,6 +87,7 @@ TEST_CASE("overrides from the command line need no quotes") {
   apply_override(config, "train.gradient_clip.norm=0");
   apply_override(config, "data.hold_out=cam02,007");
   apply_override(config, "data.frames=3,1");
+  apply_override(config, "data.cameras=cam00:cam08,cam12");
   apply_override(config, "net.decoder_channels=[8, 8, 8]");
   apply_override(config, "loss.lpips_region=face");
   apply_override(config, "loss.lpips_weights=12");
@@ -93,7 +95,7 @@ TEST_CASE("overrides from the command line need no quotes") {
   CHECK(config.net.width == 0.5);
   CHECK(config.train.gradient_clip.norm == 0);
   CHECK(config.data.hold_out == std::vector<std::string>{"cam02", "007"});
-  CHECK(config.data.frames == std::vector<int>{3, 1});
+  CHECK(config.data.frames == std::vector<std::string>{"3", "1"});
   CHECK(config.net.decoder_channels == std::vector<int>{8, 8, 8});
   CHECK(config.loss.lpips_region == LossRegion::Face);
   CHECK(config.loss.lpips_weights == "12");
@@ -104,7 +106,18 @@ TEST_CASE("overrides from the command line need no quotes") {
   CHECK_THROWS_WITH(apply_override(config, "net.width=wide"), Contains("must be a number"));
   CHECK_THROWS_WITH(apply_override(config, "net=3"), Contains("'net' must be a section"));
   CHECK_THROWS_WITH(apply_override(config, "net.width"), Contains("must look like"));
-  CHECK_THROWS_WITH(apply_override(config, "data.frames=1,x"), Contains("a whole number"));
+  CHECK_THROWS_WITH(apply_override(config, "net.decoder_channels=1,x"), Contains("a whole number"));
+}
+
+TEST_CASE("selections may be written as text, and items of lists of names as numbers") {
+  const auto frames = [](const std::string& value) {
+    return parse_config("{\"data\": {\"frames\": " + value + "}}", "f.json").data.frames;
+  };
+  CHECK(frames("\"0:400:4\"") == std::vector<std::string>{"0:400:4"});
+  CHECK(frames("[0, 4, \"8:20:2\"]") == std::vector<std::string>{"0", "4", "8:20:2"});
+  CHECK(frames("[]").empty());
+  CHECK_THROWS_WITH(frames("7"), Contains("f.json: 'data.frames' must be a list, not 7"));
+  CHECK_THROWS_WITH(frames("[1.5]"), Contains("f.json: 'data.frames[0]' must be a string, not 1.5"));
 }
 
 TEST_CASE("the configs of the repository are valid, and full.json is the defaults") {

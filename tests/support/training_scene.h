@@ -30,11 +30,12 @@ RunFolder train_run(const std::filesystem::path& folder, const Config& config, c
 
 std::string file_text(const std::filesystem::path& path);
 
-/// The scene's P1C1 with changed answers; what is not set is as it was.
+/// A capture (the scene's P1C1) with changed answers; what is not set is as it was.
 class ChangedCapture : public Capture {
  public:
-  ChangedCapture() : source_(open_scene()) {}
+  explicit ChangedCapture(std::unique_ptr<Capture> source = open_scene()) : source_(std::move(source)) {}
 
+  std::function<void(Camera&)> change_camera;
   std::function<void(int frame, Pose&)> change_pose;
   std::function<bool(int frame, int camera)> lacks_image;
   std::function<void(Sample&)> change_sample;
@@ -45,12 +46,17 @@ class ChangedCapture : public Capture {
   std::string identity() const override { return source_->identity(); }
   int frame_count() const override { return source_->frame_count(); }
   const std::vector<std::string>& camera_names() const override { return source_->camera_names(); }
-  Camera camera(int camera) const override { return source_->camera(camera); }
+  Camera camera(int camera) const override {
+    Camera view = source_->camera(camera);
+    if (change_camera) change_camera(view);
+    return view;
+  }
   bool has_image(int frame, int camera) const override {
     return !(lacks_image && lacks_image(frame, camera)) && source_->has_image(frame, camera);
   }
   Sample load(int frame, int camera) const override {
     Sample sample = source_->load(frame, camera);
+    sample.view = this->camera(camera);
     if (change_sample) change_sample(sample);
     return sample;
   }

@@ -22,7 +22,7 @@ size_t files_in(const fs::path& folder) {
 TEST_CASE("every command explains itself") {
   const ProgramResult all = run_program({"--help"});
   CHECK(all.exit_code == 0);
-  for (const std::string command : {"devices", "synth", "train", "eval", "render", "export", "report"}) {
+  for (const std::string command : {"devices", "synth", "inspect", "train", "eval", "render", "export", "report"}) {
     CHECK_THAT(all.output, Contains(command));
     const ProgramResult result = run_program({command, "--help"});
     CHECK(result.exit_code == 0);
@@ -73,6 +73,10 @@ TEST_CASE("synth, train, eval, render, export and report work together") {
   must({"render", "--run", run, "--data", unseen, "--camera", "cam01", "--out", folder / "frames", "--cache", cache});
   CHECK(files_in(folder / "frames") == 2);
   CHECK(read_image(folder / "frames/000001.png").width == 64);
+  must({"render", "--run", run, "--data", unseen, "--cameras", "cam01:cam03", "--frames", "1", "--format", "dreams",
+        "--out", folder / "views", "--cache", cache});
+  CHECK(read_image(folder / "views/cam02/000001.png").width == 64);
+  CHECK(files_in(folder / "views/cam01") == 1);
   must({"render", "--run", run, "--data", seen, "--turntable", "--out", folder / "films/turn.mp4", "--cache", cache});
   CHECK(VideoReader(folder / "films/turn.mp4").frame_count() == 3);
 
@@ -104,10 +108,11 @@ TEST_CASE("what a command cannot read or write it says in one line") {
   refused({"eval", "--run", run, "--out", file + "/x"}, "config.json/x");
   refused({"eval", "--run", run, "--out", out, "--cameras", "cam9"},
           "--cameras: no camera 'cam9'; cameras here: cam00");
-  refused({"eval", "--run", run, "--out", out, "--frames", "0:7"}, "--frames 0:7: '0:7' lies outside");
+  refused({"eval", "--run", run, "--out", out, "--frames", "0:7"}, "--frames: '0:7' lies outside the capture");
   refused({"render", "--run", run, "--out", file + "/x"}, "config.json");
-  refused({"render", "--run", run, "--out", out, "--camera", "cam9"}, "--camera: no camera 'cam9'");
+  refused({"render", "--run", run, "--out", out, "--camera", "cam9"}, "--cameras: no camera 'cam9'");
   refused({"render", "--run", run, "--out", file + "/x.mp4"}, "config.json");
+  refused({"render", "--run", run, "--out", folder / "x.mp4", "--cameras", "cam00,cam01"}, "a video shows one camera");
   refused({"export", "--run", run, "--out", out, "--frame", "6"}, "--frame 6: the capture has frames 0 .. 5");
   refused({"export", "--run", run, "--out", file + "/x.ply", "--frame", "0"}, "config.json");
 }

@@ -220,7 +220,7 @@ TEST_CASE("what is wrong with a capture is said with file, key and remedy") {
     json cameras = read_json(calibration);
     cameras["rigs"][1]["cameras"][0]["R"][0][0] = 5;
     write_text(calibration, cameras.dump());
-    CHECK_THROWS_WITH(small.open(), Contains("cameras.json: rigs[1]: cameras[0]: R is no rotation"));
+    CHECK_THROWS_WITH(small.open(), Contains("cameras.json: rigs[1]: cameras[0]: R: is no rotation"));
     cameras["rigs"][1]["cameras"][0].erase("fx");
     write_text(calibration, cameras.dump());
     CHECK_THROWS_WITH(small.open(), Contains("rigs[1]: cameras[0]: has no key 'fx'"));

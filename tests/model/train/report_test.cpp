@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "host/error.h"
+#include "model/train/html.h"
 #include "model/train/svg_chart.h"
 #include "tests/support/catch.h"
 

@@ -40,21 +40,38 @@ TEST_CASE("what a config names and a capture lacks is said") {
   }
   SECTION("a camera named twice") {
     data.cameras = {"cam01", "cam01"};
-    CHECK_THROWS_WITH(TrainingViews(capture, data), Contains("data.cameras") && Contains("'cam01' twice"));
+    CHECK_THROWS_WITH(TrainingViews(capture, data), Contains("data.cameras: 'cam01' selects some twice"));
   }
   SECTION("a frame") {
-    data.frames = {1, 4};
-    CHECK_THROWS_WITH(TrainingViews(capture, data), "data.frames: no frame 4; the capture has 0 .. 3");
+    data.frames = {"1", "4"};
+    CHECK_THROWS_WITH(TrainingViews(capture, data),
+                      Contains("data.frames: '4' lies outside the capture; give frames of 0 .. 3"));
   }
   SECTION("a frame named twice") {
-    data.frames = {1, 3, 1};
-    CHECK_THROWS_WITH(TrainingViews(capture, data), Contains("data.frames: frame 1 twice"));
+    data.frames = {"1", "3", "1"};
+    CHECK_THROWS_WITH(TrainingViews(capture, data), Contains("data.frames: '1' selects some twice"));
   }
   SECTION("pictures") {
     FakeCapture without;
     without.has_picture = [](int, int) { return false; };
     CHECK_THROWS_WITH(TrainingViews(without, data), Contains("no picture to train on"));
   }
+}
+
+TEST_CASE("ranges select cameras and frames, and a run keeps the names") {
+  const FakeCapture capture;
+  Config config;
+  config.data.cameras = {"cam01:"};
+  config.data.hold_out = {"cam02:cam03"};
+  config.data.frames = {"0:4:3"};
+  const TrainingViews views(capture, config.data);
+  REQUIRE(views.training.size() == 2);
+  CHECK(views.training[1].frame == 3);
+  CHECK(views.training[1].cameras == std::vector<int>{1, 3});
+  const DataConfig named = with_camera_names(config, capture).data;
+  CHECK(named.cameras == std::vector<std::string>{"cam01", "cam02", "cam03"});
+  CHECK(named.hold_out == std::vector<std::string>{"cam02"});
+  CHECK(named.validation.empty());
 }
 
 TEST_CASE("frames and cameras without a picture are passed over") {
@@ -99,7 +116,7 @@ TEST_CASE("the window holds the largest person with its margin, in steps of 16 p
   DataConfig data;
   data.crop_to_person = true;
   data.crop_margin = 5;
-  data.frames = {0, 3};
+  data.frames = {"0", "3"};
   const TrainingViews views(capture, data);
   CHECK(views.window_width == 48);   // 23 + 2 * 5 = 33
   CHECK(views.window_height == 64);  // 53 + 2 * 5 = 63

@@ -1,0 +1,28 @@
+#include "model/data/lens.h"
+
+#include <algorithm>
+#include <opencv2/calib3d.hpp>
+
+namespace degas {
+
+bool Lens::distorts() const {
+  return std::any_of(distortion.begin(), distortion.end(), [](double value) { return value != 0; });
+}
+
+bool is_distortion_size(size_t count) {
+  return count == 0 || count == 4 || count == 5 || count == 8 || count == 12 || count == 14;
+}
+
+Image8 undistorted(const Image8& image, const Lens& lens) {
+  if (!lens.distorts()) return image;
+  Image8 out = Image8::black(image.width, image.height, image.channels);
+  const cv::Mat source(image.height, image.width, CV_8UC(image.channels), const_cast<uint8_t*>(image.pixels.data()));
+  cv::Mat target(image.height, image.width, CV_8UC(image.channels), out.pixels.data());
+  // OpenCV's pixel centres are whole numbers, ours lie at +0.5.
+  const Camera& camera = lens.camera;
+  const cv::Matx33d intrinsics(camera.fx, 0, camera.cx - 0.5, 0, camera.fy, camera.cy - 0.5, 0, 0, 1);
+  cv::undistort(source, target, intrinsics, lens.distortion);
+  return out;
+}
+
+}  // namespace degas
