@@ -18,6 +18,7 @@ namespace degas {
 namespace {
 
 constexpr int largest_side = 640, trial_side = 320;  ///< pixels of pictures looked at, and of those tried on
+constexpr int about_trials = 80;                     ///< pictures that misreadings are tried on
 constexpr int face_rows = 4, frontal_views = 4;
 constexpr double head_share_of_smplx = 0.75;  ///< its head has 88 % of its texels in the quarter
 
@@ -226,8 +227,13 @@ void Inspector::judge_fit() {
   }
   result_.mask_iou_mean = sum / static_cast<double>(result_.overlaps.size());
   result_.mask_iou_min = least;
+  // Trials cost as much as looking did, and half of the frames tell the same.
+  const int cameras = std::max<int>(1, static_cast<int>(result_.cameras_seen.size()));
+  const std::vector<int> frames = spread(result_.frames_seen, std::max(2, about_trials / cameras));
   std::vector<MaskView> views;
-  for (auto& [place, view] : masks_) views.push_back(std::move(view));
+  for (auto& [place, view] : masks_) {
+    if (std::find(frames.begin(), frames.end(), place.first) != frames.end()) views.push_back(std::move(view));
+  }
   result_.diagnosis =
       diagnose(FitTrials(capture_, *body_, std::move(views), options_.threads), capture_.camera_names());
 
