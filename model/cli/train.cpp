@@ -8,6 +8,7 @@
 #include "model/data/selection.h"
 #include "model/train/stop_signal.h"
 #include "model/train/trainer.h"
+#include "model/train/training_views.h"
 
 namespace degas {
 namespace {
@@ -78,8 +79,9 @@ void train(const TrainOptions& options) {
   Trainer trainer(device, config, *capture, run);
   if (continues) trainer.resume();
   fmt::print("{}: {} Gaussians, {} parameters, {} frames x {} cameras, on {}\n", continues ? "continuing" : "training",
-             trainer.avatar().gaussian_count(), trainer.avatar().network().parameters().count(), capture->frame_count(),
-             capture->camera_names().size(), device.description().name);
+             trainer.avatar().gaussian_count(), trainer.avatar().network().parameters().count(),
+             selected_frames(config.data.frames, capture->frame_count(), "data.frames").size(),
+             allowed_cameras(*capture, config.data).size(), device.description().name);
 
   const int64_t first_step = trainer.step();
   const StopSignal stop;
