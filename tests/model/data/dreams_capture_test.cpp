@@ -168,6 +168,17 @@ TEST_CASE("the image scale shrinks pictures and cameras together") {
   CHECK(half.identity() != small.open(1).identity());
 }
 
+TEST_CASE("a camera with a lens's distortion is read without it, the others as they are") {
+  SmallCapture small;
+  json cameras = read_json(small.folder / "cameras.json");
+  cameras["rigs"][0]["cameras"][0]["distortion"] = {-0.4, 0.1, 0.001, 0.002};
+  write_text(small.folder / "cameras.json", cameras.dump());
+  const DreamsCapture capture = small.open();
+  CHECK_FALSE(capture.load(1, 0).mask.pixels == small_mask(1).pixels);
+  CHECK(capture.load(1, 1).mask.pixels == small_mask(1).pixels);
+  CHECK(capture.camera(0).fx == small_camera(0).fx);
+}
+
 TEST_CASE("what is wrong with a capture is said with file, key and remedy") {
   SmallCapture small;
   const fs::path parameters = small.folder / "smplx.npz", calibration = small.folder / "cameras.json";
@@ -224,6 +235,16 @@ TEST_CASE("what is wrong with a capture is said with file, key and remedy") {
     cameras["rigs"][1]["cameras"][0].erase("fx");
     write_text(calibration, cameras.dump());
     CHECK_THROWS_WITH(small.open(), Contains("rigs[1]: cameras[0]: has no key 'fx'"));
+  }
+  SECTION("a mirror, and a lens that is none") {
+    json cameras = read_json(calibration);
+    json& camera = cameras["rigs"][1]["cameras"][0];
+    camera["distortion"] = {0.1, 0.2, 0.3};
+    write_text(calibration, cameras.dump());
+    CHECK_THROWS_WITH(small.open(), Contains("cameras[0]: distortion: must be k1 k2 p1 p2 [k3"));
+    for (json& value : camera["R"][1]) value = -value.get<double>();
+    write_text(calibration, cameras.dump());
+    CHECK_THROWS_WITH(small.open(), Contains("cameras[0]: R: is a mirror, no rotation"));
   }
   SECTION("damaged JSON gives an Error, never a crash") {
     const auto good = read_file_bytes(calibration);
