@@ -13,6 +13,10 @@ void add_device_options(CLI::App& command, DeviceChoice& choice) {
 
 void add_capture_options(CLI::App& command, CaptureChoice& choice) {
   command.add_option("--format", choice.format, format_help)->check(CLI::IsMember(capture_formats()));
+  command.add_option(
+      "--codes", choice.codes,
+      "Where the capture's face codes lie: a folder with dpe/ as encode-faces writes it, a zip of them, or\n"
+      "a table (.npz, .npy) (default: in the capture)");
   command.add_option("--cache", choice.cache, "Folder of decoded pictures (default: the user's cache folder)");
 }
 
@@ -21,6 +25,7 @@ CaptureOptions CaptureChoice::options(const Config& config) const {
   options.image_scale = config.data.image_scale;
   options.cache = cache;
   options.format = format;
+  options.codes = codes;
   return options;
 }
 

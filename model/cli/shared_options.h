@@ -23,10 +23,10 @@ struct DeviceChoice {
 };
 void add_device_options(CLI::App& command, DeviceChoice& choice);
 
-/// --format and --cache, as every command that opens a capture has them.
+/// --format, --codes and --cache, as every command that opens a capture has them.
 struct CaptureChoice {
   std::string format;
-  std::filesystem::path cache;
+  std::filesystem::path codes, cache;
   /// As the config wants captures opened.
   CaptureOptions options(const Config& config) const;
 };

@@ -34,10 +34,14 @@ class Capture {
  public:
   virtual ~Capture() = default;
 
-  /// Changes with any file of the capture and with every option that changes a sample: keys caches.
+  /// Changes with any file of the capture and with every option that changes a sample.
   virtual std::string identity() const = 0;
+  /// The same without the face codes: keys caches of pictures.
+  virtual std::string picture_identity() const { return identity(); }
   /// Rows of the parameters; frames are numbered 0 .. frame_count - 1.
   virtual int frame_count() const = 0;
+  /// What the capture's own files call the frame, and the files of its face codes.
+  virtual int64_t frame_number(int frame) const { return frame; }
   virtual const std::vector<std::string>& camera_names() const = 0;
   virtual Camera camera(int camera) const = 0;
 
@@ -74,6 +78,7 @@ struct CaptureOptions {
   std::filesystem::path cache;       ///< folder of decoded pictures; empty: captures/ in the user's cache folder
   std::string format;                ///< one of capture_formats(); empty: told from the files
   std::filesystem::path parameters;  ///< body parameters' file, relative to the capture; empty: the format's name
+  std::filesystem::path codes;       ///< where face codes lie (DreamsCodes); empty: in the capture
   bool incomplete = false;           ///< also without body parameters, masks or capture.json: to look at, not to train
   std::function<void(const std::string&)> warn = print_warning;  ///< told once for each thing that is skipped
 };

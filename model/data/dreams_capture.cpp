@@ -35,7 +35,7 @@ DreamsCapture::DreamsCapture(const fs::path& folder, const CaptureOptions& optio
   for (size_t i = 0; i < lenses_.size(); ++i) names_.push_back(fmt::format("cam{:02d}", i));
   open_videos();
   if (!has_poses()) count_frames();
-  codes_ = std::make_unique<DreamsCodes>(folder, parameters_.frame_numbers, static_cast<int>(lenses_.size()));
+  codes_ = open_codes(folder, options_.codes, parameters_.frame_numbers, static_cast<int>(lenses_.size()));
   warn_of_offset();
   measure_background();
   make_identity();
@@ -195,6 +195,7 @@ void DreamsCapture::make_identity() {
   for (const auto& video : videos_) {
     if (video) identity.add_file(video->path);
   }
+  picture_identity_ = identity.text();
   for (const fs::path& file : codes_->files()) identity.add_file(file);
   identity_ = identity.text();
 }

@@ -30,7 +30,9 @@ class DreamsCapture : public Capture {
   ~DreamsCapture() override;
 
   std::string identity() const override { return identity_; }
+  std::string picture_identity() const override { return picture_identity_; }
   int frame_count() const override { return static_cast<int>(parameters_.frame_numbers.size()); }
+  int64_t frame_number(int frame) const override { return parameters_.frame_numbers.at(static_cast<size_t>(frame)); }
   const std::vector<std::string>& camera_names() const override { return names_; }
   Camera camera(int camera) const override {
     return lenses_.at(static_cast<size_t>(camera)).camera.scaled(options_.image_scale);
@@ -71,7 +73,7 @@ class DreamsCapture : public Capture {
   std::vector<std::unique_ptr<Video>> videos_;  // null where a camera has none
   bool has_mattes_ = true;
   Background background_ = Background::Black;
-  std::string identity_;
+  std::string identity_, picture_identity_;
 };
 
 }  // namespace degas

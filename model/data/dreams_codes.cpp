@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "host/error.h"
+#include "host/io/file_bytes.h"
 #include "host/io/torch_archive.h"
 
 namespace degas {
@@ -21,26 +22,58 @@ void check_code(const std::vector<float>& code, int size, const std::string& lab
   }
 }
 
+/// Frame number and camera of a code's file, by its name without folder and extension.
+std::optional<std::pair<int64_t, int>> view_of(const fs::path& file) {
+  if (file.extension() != ".pt" && file.extension() != ".npy") return std::nullopt;
+  const std::string name = file.stem().string();
+  long long number = 0;
+  int camera = 0, end = 0;
+  if (std::sscanf(name.c_str(), "dpe-%9lld-cam%4d%n", &number, &camera, &end) != 2) return std::nullopt;
+  if (end != static_cast<int>(name.size()) || number < 0 || camera < 0) return std::nullopt;
+  return std::pair(static_cast<int64_t>(number), camera);
+}
+
+fs::path first_zip(const fs::path& folder) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".zip") return entry.path();
+  }
+  return {};
+}
+
 }  // namespace
 
-DreamsCodes::DreamsCodes(const fs::path& folder, const std::vector<int64_t>& frame_numbers, int cameras)
-    : folder_(folder) {
-  fs::path bundle = folder / "dpe.zip";
-  if (fs::is_directory(folder / "dpe")) {
-    for (const auto& entry : fs::directory_iterator(folder / "dpe")) {
-      if (entry.path().extension() == ".zip") bundle = entry.path();
-      if (entry.path().extension() == ".pt") add(entry.path().filename(), entry.path(), frame_numbers, cameras);
+std::string code_name(int64_t frame_number, int camera) {
+  return fmt::format("dpe-{:06d}-cam{:02d}", frame_number, camera);
+}
+
+bool is_code_file(const std::string& name) {
+  return view_of(name).has_value();
+}
+
+DreamsCodes::DreamsCodes(const fs::path& place, const std::vector<int64_t>& frame_numbers, int cameras) {
+  const auto rows = frame_numbers.size();
+  const auto is_table = [](const fs::path& path) { return path.extension() == ".npz" || path.extension() == ".npy"; };
+  if (fs::is_regular_file(place)) {
+    if (is_table(place)) {
+      read_table(place, rows, cameras);
+    } else {
+      add_bundle(place, frame_numbers, cameras);
     }
-  }
-  if (!sources_.empty()) {
-    files_ = {folder / "dpe"};
-  } else if (fs::exists(bundle)) {
-    bundle_ = std::make_unique<ZipReader>(bundle);
-    for (const std::string& name : bundle_->names()) add(fs::path(name).filename(), name, frame_numbers, cameras);
-    files_ = {bundle};
-  } else if (fs::exists(folder / "expression_codes.npz")) {
-    read_table(folder / "expression_codes.npz", frame_numbers.size(), cameras);
-    files_ = {folder / "expression_codes.npz"};
+  } else {
+    for (const fs::path& folder : {place / "dpe", place}) {
+      if (!files_.empty() || !fs::is_directory(folder)) continue;
+      add_files(folder, frame_numbers, cameras);
+    }
+    const fs::path bundle = fs::is_directory(place / "dpe") ? first_zip(place / "dpe") : fs::path();
+    for (const fs::path& path :
+         {bundle, place / "dpe.zip", place / "expression_codes.npz", place / "expression_codes.npy"}) {
+      if (!files_.empty() || path.empty() || !fs::exists(path)) continue;
+      if (is_table(path)) {
+        read_table(path, rows, cameras);
+      } else {
+        add_bundle(path, frame_numbers, cameras);
+      }
+    }
   }
   if (!sources_.empty()) size_ = static_cast<int>(read(sources_.begin()->second).size());
 }
@@ -49,41 +82,69 @@ std::vector<fs::path> DreamsCodes::files() const {
   return files_;
 }
 
-void DreamsCodes::add(const std::string& file_name, const std::string& source,
-                      const std::vector<int64_t>& frame_numbers, int cameras) {
-  long long number = 0;
-  int camera = 0, end = 0;
-  if (std::sscanf(file_name.c_str(), "dpe-%9lld-cam%4d.pt%n", &number, &camera, &end) != 2) return;
-  if (end != static_cast<int>(file_name.size()) || camera < 0 || camera >= cameras) return;
-  const auto row = std::lower_bound(frame_numbers.begin(), frame_numbers.end(), number);
-  if (row == frame_numbers.end() || *row != number) return;
-  sources_[{static_cast<int>(row - frame_numbers.begin()), camera}] = source;
+void DreamsCodes::add_files(const fs::path& folder, const std::vector<int64_t>& frame_numbers, int cameras) {
+  for (const auto& entry : fs::directory_iterator(folder)) add(entry.path().string(), frame_numbers, cameras);
+  if (!sources_.empty()) files_ = {folder};
+}
+
+void DreamsCodes::add_bundle(const fs::path& path, const std::vector<int64_t>& frame_numbers, int cameras) {
+  bundle_ = std::make_unique<ZipReader>(path);
+  for (const std::string& name : bundle_->names()) add(name, frame_numbers, cameras);
+  files_ = {path};
+}
+
+void DreamsCodes::add(const std::string& source, const std::vector<int64_t>& frame_numbers, int cameras) {
+  const auto view = view_of(fs::path(source).filename());
+  if (!view || view->second >= cameras) return;
+  const auto row = std::lower_bound(frame_numbers.begin(), frame_numbers.end(), view->first);
+  if (row == frame_numbers.end() || *row != view->first) return;
+  sources_[{static_cast<int>(row - frame_numbers.begin()), view->second}] = source;
 }
 
 void DreamsCodes::read_table(const fs::path& path, size_t rows, int cameras) {
-  const NpzFile file(path);
   const auto frames = static_cast<int64_t>(rows);
-  const NpyArray codes = file.read("codes", {frames, cameras, -1});
-  const std::vector<int64_t> valid = file.read("valid", {frames, cameras}).integers();
-  const std::vector<float> values = codes.floats();
-  size_ = static_cast<int>(codes.shape[2]);
-  for (size_t view = 0; view < valid.size(); ++view) {
-    if (!valid[view]) continue;
-    const auto begin = values.begin() + static_cast<ptrdiff_t>(view) * size_;
-    const int frame = static_cast<int>(view) / cameras, camera = static_cast<int>(view) % cameras;
-    auto& code = codes_[{frame, camera}];
-    code.assign(begin, begin + size_);
-    check_code(code, size_, fmt::format("{}: 'codes' of frame {}, camera {}", path.string(), frame, camera));
+  std::unique_ptr<NpzFile> archive;
+  if (path.extension() == ".npz") archive = std::make_unique<NpzFile>(path);
+  const NpyArray codes = archive ? archive->read("codes") : parse_npy(read_file_bytes(path), path.string());
+  // One code a frame serves every camera.
+  const bool by_camera = codes.shape.size() == 3;
+  const size_t views = by_camera ? rows * static_cast<size_t>(cameras) : rows;
+  const Shape leading(codes.shape.begin(), codes.shape.end() - (codes.shape.empty() ? 0 : 1));
+  const Shape expected = by_camera ? Shape{frames, cameras} : Shape{frames};
+  if (leading != expected || codes.shape.back() < 1) {
+    throw Error::format("{}: 'codes' has shape {}, expected ({}, {}, N) for frames and cameras, or ({}, N)",
+                        path.string(), to_string(codes.shape), frames, cameras, frames);
   }
+  const std::vector<float> values = codes.floats();
+  size_ = static_cast<int>(codes.shape.back());
+  std::vector<int64_t> valid;
+  if (archive && archive->contains("valid")) valid = archive->read("valid", expected).integers();
+  for (size_t view = 0; view < views; ++view) {
+    const auto begin = values.begin() + static_cast<ptrdiff_t>(view) * size_;
+    const std::vector<float> code(begin, begin + size_);
+    const bool there = valid.empty() ? std::all_of(code.begin(), code.end(), [](float v) { return std::isfinite(v); })
+                                     : valid[view] != 0;
+    if (!there) continue;
+    const int frame = static_cast<int>(view) / (by_camera ? cameras : 1);
+    const int first = by_camera ? static_cast<int>(view) % cameras : 0, last = by_camera ? first + 1 : cameras;
+    check_code(code, size_, fmt::format("{}: 'codes' of frame {}, camera {}", path.string(), frame, first));
+    for (int camera = first; camera < last; ++camera) codes_[{frame, camera}] = code;
+  }
+  files_ = {path};
 }
 
 std::vector<float> DreamsCodes::read(const std::string& source) const {
   const std::string label = bundle_ ? bundle_->label() + ": " + source : source;
-  const TorchTensors tensors =
-      bundle_ ? read_torch_archive(bundle_->read(source), label) : read_torch_archive(fs::path(source));
-  const auto found = tensors.find("exp");
-  if (found == tensors.end()) throw Error::format("{}: has no tensor 'exp'", label);
-  std::vector<float> code = found->second.floats();
+  const std::vector<std::byte> bytes = bundle_ ? bundle_->read(source) : read_file_bytes(source);
+  std::vector<float> code;
+  if (fs::path(source).extension() == ".npy") {
+    code = parse_npy(bytes, label).floats();
+  } else {
+    const TorchTensors tensors = read_torch_archive(bytes, label);
+    const auto found = tensors.find("exp");
+    if (found == tensors.end()) throw Error::format("{}: has no tensor 'exp'", label);
+    code = found->second.floats();
+  }
   check_code(code, size_, label);
   return code;
 }
@@ -101,6 +162,16 @@ std::optional<std::vector<float>> DreamsCodes::code(int frame, int camera) const
   const auto source = sources_.find(view);
   if (source == sources_.end()) return std::nullopt;
   return codes_[view] = read(source->second);
+}
+
+std::unique_ptr<DreamsCodes> open_codes(const fs::path& capture, const fs::path& named,
+                                        const std::vector<int64_t>& frame_numbers, int cameras) {
+  auto codes = std::make_unique<DreamsCodes>(named.empty() ? capture : named, frame_numbers, cameras);
+  if (!named.empty() && codes->size() == 0) {
+    throw Error::format("{}: no face codes of this capture's frames and cameras; extract them by `degas encode-faces`",
+                        named.string());
+  }
+  return codes;
 }
 
 }  // namespace degas

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,12 +14,26 @@
 
 namespace degas {
 
-/// The face codes of a DREAMS capture: a torch archive a view in dpe/, or the same bundled as dpe.zip or dpe/*.zip, or
-/// expression_codes.npz (codes (T,C,N), valid (T,C)); the first of these that exists. Read when asked for, then kept.
+/// "dpe-000012-cam03": what the code of a view is called in files and archives, before .pt or .npy.
+std::string code_name(int64_t frame_number, int camera);
+/// Is that the name of a view's code, extension included?
+bool is_code_file(const std::string& name);
+
+/// Face codes in files, of a length that the first tells. A folder holds, and the first of these that exists is read:
+///
+///   dpe/                    a file a view: a torch archive with the tensor 'exp' (.pt), or an array (.npy)
+///   dpe.zip, dpe/*.zip      the same, bundled
+///   expression_codes.npz    a table: codes (T,C,N), or (T,N) for all cameras, and valid (T,C) or (T), not 0 where
+///   there
+///                           is one; without it, where codes are finite
+///   expression_codes.npy    a table without valid
+///
+/// The folder of single files, a bundle and a table may also be named themselves. Codes are read when asked for, then
+/// kept.
 class DreamsCodes {
  public:
   /// `frame_numbers` of the rows are what file names count by.
-  DreamsCodes(const std::filesystem::path& folder, const std::vector<int64_t>& frame_numbers, int cameras);
+  DreamsCodes(const std::filesystem::path& place, const std::vector<int64_t>& frame_numbers, int cameras);
 
   /// Length of the codes, 0 without any.
   int size() const { return size_; }
@@ -30,12 +45,12 @@ class DreamsCodes {
 
  private:
   using View = std::pair<int, int>;
-  void add(const std::string& file_name, const std::string& source, const std::vector<int64_t>& frame_numbers,
-           int cameras);
+  void add_files(const std::filesystem::path& folder, const std::vector<int64_t>& frame_numbers, int cameras);
+  void add_bundle(const std::filesystem::path& path, const std::vector<int64_t>& frame_numbers, int cameras);
+  void add(const std::string& source, const std::vector<int64_t>& frame_numbers, int cameras);
   void read_table(const std::filesystem::path& path, size_t rows, int cameras);
   std::vector<float> read(const std::string& source) const;
 
-  std::filesystem::path folder_;
   std::unique_ptr<ZipReader> bundle_;
   std::map<View, std::string> sources_;  // path of a file, or name in the bundle
   mutable std::mutex mutex_;
@@ -43,5 +58,10 @@ class DreamsCodes {
   std::vector<std::filesystem::path> files_;
   int size_ = 0;
 };
+
+/// The codes at `named`, or, when that is empty, those in the capture's own folder. Error when `named` holds none of
+/// its frames and cameras.
+std::unique_ptr<DreamsCodes> open_codes(const std::filesystem::path& capture, const std::filesystem::path& named,
+                                        const std::vector<int64_t>& frame_numbers, int cameras);
 
 }  // namespace degas

@@ -7,6 +7,7 @@
 #include "host/io/file_bytes.h"
 #include "host/io/npz.h"
 #include "host/io/torch_archive.h"
+#include "model/data/dreams_codes.h"
 #include "model/data/smplx_parameters.h"
 
 namespace degas {
@@ -124,7 +125,7 @@ void DreamsWriter::write_codes() const {
   if (codes_.empty()) return;
   std::vector<ZipEntry> entries;
   for (const auto& [view, code] : codes_) {
-    const std::string name = fmt::format("dpe-{:06d}-cam{:02d}", view.first, view.second);
+    const std::string name = code_name(view.first, view.second);
     const TorchTensors tensors = {{"exp", NpyArray::from({1, static_cast<int64_t>(code.size())}, code)}};
     entries.push_back({name + ".pt", make_torch_archive(tensors, name)});
   }

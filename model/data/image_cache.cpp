@@ -83,7 +83,7 @@ class CachedCapture::Store {
 
 CachedCapture::CachedCapture(std::unique_ptr<Capture> source, const fs::path& folder,
                              std::function<void(const std::string&)> warn)
-    : source_(std::move(source)), folder_(folder / source_->identity()), warn_(std::move(warn)) {
+    : source_(std::move(source)), folder_(folder / source_->picture_identity()), warn_(std::move(warn)) {
   for (size_t i = 0; i < source_->camera_names().size(); ++i) mutexes_.push_back(std::make_unique<std::mutex>());
   stores_.resize(mutexes_.size());
 }

@@ -10,11 +10,11 @@
 
 namespace degas {
 
-/// A capture whose pictures come from files of decoded frames, one file a camera, in `folder`/{identity of the
-/// capture}: two captures, or two ways of opening one, never share a file. A camera is decoded when it is first asked
-/// for (in frame order, once), written under a temporary name and renamed, so that an interrupted run or two runs at a
-/// time do no harm. Frames whose picture is unusable (an empty mask, a frame that does not decode) count as missing,
-/// with one warning a camera. Only the person's pixels are stored, without loss.
+/// A capture whose pictures come from files of decoded frames, one file a camera, in `folder`/{picture identity
+/// of the capture}: two captures, or two ways of opening one, never share a file. A camera is decoded when it is first
+/// asked for (in frame order, once), written under a temporary name and renamed, so that an interrupted run or two runs
+/// at a time do no harm. Frames whose picture is unusable (an empty mask, a frame that does not decode) count as
+/// missing, with one warning a camera. Only the person's pixels are stored, without loss.
 class CachedCapture : public Capture {
  public:
   CachedCapture(std::unique_ptr<Capture> source, const std::filesystem::path& folder,
@@ -22,7 +22,9 @@ class CachedCapture : public Capture {
   ~CachedCapture() override;
 
   std::string identity() const override { return source_->identity(); }
+  std::string picture_identity() const override { return source_->picture_identity(); }
   int frame_count() const override { return source_->frame_count(); }
+  int64_t frame_number(int frame) const override { return source_->frame_number(frame); }
   const std::vector<std::string>& camera_names() const override { return source_->camera_names(); }
   Camera camera(int camera) const override { return source_->camera(camera); }
   bool has_image(int frame, int camera) const override;

@@ -31,6 +31,7 @@ PictureCapture::PictureCapture(PictureLayout layout, const CaptureOptions& optio
   read_parameters();
   warn_of_gaps();
   measure_background();
+  codes_ = open_codes(layout_.folder, options_.codes, parameters_.frame_numbers, static_cast<int>(names_.size()));
   make_identity();
 }
 
@@ -146,6 +147,8 @@ void PictureCapture::make_identity() {
     identity.add_files(view.pictures);
     identity.add_files(view.masks);
   }
+  picture_identity_ = identity.text();
+  for (const fs::path& file : codes_->files()) identity.add_file(file);
   identity_ = identity.text();
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/data/capture.h"
+#include "model/data/dreams_codes.h"
 #include "model/data/foreground.h"
 #include "model/data/lens.h"
 #include "model/data/numbered_files.h"
@@ -40,7 +41,9 @@ class PictureCapture : public Capture {
   PictureCapture(PictureLayout layout, const CaptureOptions& options);
 
   std::string identity() const override { return identity_; }
+  std::string picture_identity() const override { return picture_identity_; }
   int frame_count() const override { return static_cast<int>(parameters_.frame_numbers.size()); }
+  int64_t frame_number(int frame) const override { return parameters_.frame_numbers.at(static_cast<size_t>(frame)); }
   const std::vector<std::string>& camera_names() const override { return names_; }
   Camera camera(int camera) const override {
     return layout_.views.at(static_cast<size_t>(camera)).lens.camera.scaled(options_.image_scale);
@@ -52,8 +55,11 @@ class PictureCapture : public Capture {
   bool flat_hand_mean() const override { return parameters_.flat_hand_mean; }
   bool has_poses() const override { return !parameters_.poses.empty(); }
   bool has_masks() const override { return has_masks_; }
-  int face_code_size() const override { return 0; }
-  std::optional<std::vector<float>> face_code(int, int) const override { return std::nullopt; }
+  int face_code_size() const override { return codes_->size(); }
+  std::optional<std::vector<float>> face_code(int frame, int camera) const override {
+    return codes_->code(frame, camera);
+  }
+  bool has_face_code(int frame, int camera) const override { return codes_->has_code(frame, camera); }
 
  private:
   void read_parameters();
@@ -69,7 +75,8 @@ class PictureCapture : public Capture {
   std::vector<std::string> names_;
   bool has_masks_ = true;
   Background background_ = Background::Black;
-  std::string identity_;
+  std::unique_ptr<DreamsCodes> codes_;
+  std::string identity_, picture_identity_;
 };
 
 }  // namespace degas

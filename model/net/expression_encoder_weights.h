@@ -15,6 +15,9 @@ namespace degas {
 ///   coefficients  PATH.I.weight PATH.I.bias
 ///   basis         PATH.weight
 ///   code          PATH.I.weight PATH.I.bias
+///
+/// DPE's own checkpoint was not at hand to check the default paths with: where they differ, the error lists those of
+/// the file.
 struct EncoderKeys {
   std::string features = "enc.net_app.convs", coefficients = "enc.fc", basis = "direction", code = "exp_fc";
 };

@@ -8,12 +8,22 @@
 
 namespace degas {
 
+std::vector<Eigen::Vector3d> head_points(const BodyModel& body, const Pose& pose, const std::vector<double>& betas) {
+  const std::vector<Eigen::Vector3d> vertices = body.posed_vertices(pose, betas, true);
+  std::vector<Eigen::Vector3d> points;
+  for (const int vertex : body.head_vertices()) points.push_back(vertices[static_cast<size_t>(vertex)]);
+  return points;
+}
+
 std::optional<Rectangle> head_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
                                   const Camera& camera) {
-  const std::vector<Eigen::Vector3d> vertices = body.posed_vertices(pose, betas, true);
+  return head_box(head_points(body, pose, betas), camera);
+}
+
+std::optional<Rectangle> head_box(const std::vector<Eigen::Vector3d>& head_points, const Camera& camera) {
   double left = std::numeric_limits<double>::infinity(), top = left, right = -left, bottom = -left;
-  for (int vertex : body.head_vertices()) {
-    const Eigen::Vector3d pixel = camera.project(vertices[vertex]);
+  for (const Eigen::Vector3d& point : head_points) {
+    const Eigen::Vector3d pixel = camera.project(point);
     if (!(pixel.z() > 0)) return std::nullopt;
     left = std::min(left, pixel.x());
     right = std::max(right, pixel.x());

@@ -9,8 +9,12 @@
 
 namespace degas {
 
-/// The head in a picture: the box around the projected vertices that head, jaw and eyes move, cut to the picture;
-/// nothing where the head lies behind the camera or outside.
+/// The posed vertices that head, jaw and eyes move, in the world.
+std::vector<Eigen::Vector3d> head_points(const BodyModel& body, const Pose& pose, const std::vector<double>& betas);
+
+/// The head in a picture: the box around those, projected, cut to the picture; nothing where the head lies behind the
+/// camera or outside.
+std::optional<Rectangle> head_box(const std::vector<Eigen::Vector3d>& head_points, const Camera& camera);
 std::optional<Rectangle> head_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
                                   const Camera& camera);
 

@@ -22,7 +22,8 @@ size_t files_in(const fs::path& folder) {
 TEST_CASE("every command explains itself") {
   const ProgramResult all = run_program({"--help"});
   CHECK(all.exit_code == 0);
-  for (const std::string command : {"devices", "synth", "inspect", "train", "eval", "render", "export", "report"}) {
+  for (const std::string command :
+       {"devices", "synth", "inspect", "encode-faces", "train", "eval", "render", "export", "report"}) {
     CHECK_THAT(all.output, Contains(command));
     const ProgramResult result = run_program({command, "--help"});
     CHECK(result.exit_code == 0);

@@ -45,6 +45,46 @@ TEST_CASE("a capture without codes has none") {
   CHECK_FALSE(codes.code(0, 0).has_value());
 }
 
+TEST_CASE("codes come as arrays too: one a view, one a frame, or a table") {
+  const TemporaryFolder folder;
+  const auto write_array = [&](const std::string& name, const Shape& shape, const std::vector<float>& values) {
+    write_file_atomically(folder / name, make_npy(NpyArray::from(shape, values)));
+    return folder / name;
+  };
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  SECTION("one a view, in a folder that is named itself") {
+    write_array("views/dpe-000012-cam01.npy", {2}, {4, 5});
+    const DreamsCodes codes(folder / "views", numbers, 2);
+    CHECK(codes.size() == 2);
+    CHECK(codes.code(1, 1) == std::vector<float>{4, 5});
+  }
+  SECTION("bundled") {
+    write_array("a.npy", {1, 2}, {4, 5});
+    const ZipEntry entry{"x/dpe-000015-cam00.npy", read_file_bytes(folder / "a.npy")};
+    write_file_atomically(folder / "codes.zip", make_zip({&entry, 1}, false));
+    CHECK(DreamsCodes(folder / "codes.zip", numbers, 2).code(2, 0) == std::vector<float>{4, 5});
+  }
+  SECTION("a table by frame and camera, missing where not finite") {
+    const DreamsCodes codes(write_array("t.npy", {3, 2, 1}, {1, 2, none, 4, 5, 6}), numbers, 2);
+    CHECK(codes.size() == 1);
+    CHECK(codes.code(0, 1) == std::vector<float>{2});
+    CHECK_FALSE(codes.code(1, 0).has_value());
+    CHECK(codes.code(2, 1) == std::vector<float>{6});
+    CHECK(codes.files() == std::vector<fs::path>{folder / "t.npy"});
+  }
+  SECTION("a table by frame serves all cameras") {
+    write_array("expression_codes.npy", {3, 2}, {1, 2, 3, 4, none, 6});
+    const DreamsCodes codes(folder.path(), numbers, 2);
+    CHECK(codes.code(1, 0) == std::vector<float>{3, 4});
+    CHECK(codes.code(1, 1) == std::vector<float>{3, 4});
+    CHECK_FALSE(codes.code(2, 0).has_value());
+  }
+  SECTION("a table of another size") {
+    CHECK_THROWS_WITH(DreamsCodes(write_array("t.npy", {2, 2, 1}, {1, 2, 3, 4}), numbers, 2),
+                      Contains("t.npy: 'codes' has shape (2, 2, 1), expected (3, 2, N)"));
+  }
+}
+
 TEST_CASE("codes that cannot be used are named") {
   const TemporaryFolder folder;
   write_code(folder / "dpe/dpe-000010-cam00.pt", {1, 2, 3});
