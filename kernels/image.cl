@@ -17,7 +17,8 @@ kernel void composite(global const uchar* color, global const uchar* mask, globa
 
 // The rectangle of `image` (height, width, 3) that starts at (left, top); outside the image the given colour.
 kernel void crop(global const REAL* image, global REAL* output, const int height, const int width, const int top,
-                 const int left, const int out_width, const REAL red, const REAL green, const REAL blue, const long count) {
+                 const int left, const int out_width, const REAL red, const REAL green, const REAL blue,
+                 const long count) {
   const long i = get_global_id(0);
   if (i >= count) return;
   const int channel = i % 3;
@@ -36,9 +37,10 @@ kernel void crop_gradient(global const REAL* output_gradient, global REAL* gradi
   gradient[i] = inside ? output_gradient[(y * out_width + x) * 3 + channel] : 0;
 }
 
-// Share of input sample `in` in output sample `out` along an axis of in_size and out_size samples. Shrinking: the overlap
-// of the two intervals (area). Growing: linear between sample centres, the last sample beyond the border. Whole-number
-// arithmetic up to the final division, so shares sum to 1; products of sizes must fit an int: sides up to 30,000.
+// Share of input sample `in` in output sample `out` along an axis of in_size and out_size samples. Shrinking: the
+// overlap of the two intervals (area). Growing: linear between sample centres, the last sample beyond the border.
+// Whole-number arithmetic up to the final division, so shares sum to 1; products of sizes must fit an int: sides up to
+// 30,000.
 REAL share(const int in, const int out, const int in_size, const int out_size) {
   if (out_size <= in_size) {
     const int overlap = min((out + 1) * in_size, (in + 1) * out_size) - max(out * in_size, in * out_size);
@@ -51,14 +53,16 @@ REAL share(const int in, const int out, const int in_size, const int out_size) {
   return (max(below, 0) == in ? 1 - part : 0) + (min(below + 1, in_size - 1) == in ? part : 0);
 }
 
-// The input samples (x first, y last) that may have a share in output sample `out`; with the sizes swapped, the converse.
+// The input samples (x first, y last) that may have a share in output sample `out`; with the sizes swapped, the
+// converse.
 int2 samples_of(const int out, const int in_size, const int out_size, const int growing) {
   const int margin = growing ? 1 + in_size / out_size : 0;
-  return (int2)(max(out * in_size / out_size - margin, 0), min(((out + 1) * in_size - 1) / out_size + margin, in_size - 1));
+  return (int2)(max(out * in_size / out_size - margin, 0),
+                min(((out + 1) * in_size - 1) / out_size + margin, in_size - 1));
 }
 
-kernel void resize(global const REAL* image, global REAL* output, const int height, const int width, const int out_height,
-                   const int out_width, const int channels, const long count) {
+kernel void resize(global const REAL* image, global REAL* output, const int height, const int width,
+                   const int out_height, const int out_width, const int channels, const long count) {
   const long i = get_global_id(0);
   if (i >= count) return;
   const int channel = i % channels;
@@ -77,8 +81,9 @@ kernel void resize(global const REAL* image, global REAL* output, const int heig
   output[i] = sum;
 }
 
-kernel void resize_gradient(global const REAL* output_gradient, global REAL* gradient, const int height, const int width,
-                            const int out_height, const int out_width, const int channels, const long count) {
+kernel void resize_gradient(global const REAL* output_gradient, global REAL* gradient, const int height,
+                            const int width, const int out_height, const int out_width, const int channels,
+                            const long count) {
   const long i = get_global_id(0);
   if (i >= count) return;
   const int channel = i % channels;

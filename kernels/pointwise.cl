@@ -25,8 +25,15 @@ kernel void multiply(global const REAL* a, global const REAL* b, global REAL* ou
   STORE_VECTOR(LOAD_VECTOR(i, a) * LOAD_VECTOR(i, b), i, output);
 }
 
+// array *= factor[0]
+kernel void scale_in_place(global REAL* array, global const REAL* factor, const long count) {
+  INDEX_OR_RETURN;
+  STORE_VECTOR(factor[0] * LOAD_VECTOR(i, array), i, array);
+}
+
 // output = factor * input + offset; with offset 0 also its own gradient
-kernel void scale(global const REAL* input, global REAL* output, const REAL factor, const REAL offset, const long count) {
+kernel void scale(global const REAL* input, global REAL* output, const REAL factor, const REAL offset,
+                  const long count) {
   INDEX_OR_RETURN;
   STORE_VECTOR(factor * LOAD_VECTOR(i, input) + offset, i, output);
 }

@@ -6,8 +6,8 @@
 #include "common/real.cl"
 #include "common/tail.cl"
 
-kernel void max_pool(global const REAL* input, global REAL* output, global REAL* choice, const int height, const int width,
-                     const int channels, const int out_height, const int out_width, const long items) {
+kernel void max_pool(global const REAL* input, global REAL* output, global REAL* choice, const int height,
+                     const int width, const int channels, const int out_height, const int out_width, const long items) {
   const long item = get_global_id(0);
   if (item >= items) return;
   const int vectors = (channels + V - 1) / V;

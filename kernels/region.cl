@@ -33,8 +33,8 @@ kernel void repeat_channels(global const REAL* input, global REAL* output, const
   }
 }
 
-kernel void repeat_channels_backward(global const REAL* output_gradient, global REAL* input_gradient, const int channels,
-                                     const int times, const int pixels) {
+kernel void repeat_channels_backward(global const REAL* output_gradient, global REAL* input_gradient,
+                                     const int channels, const int times, const int pixels) {
   const int p = get_global_id(0);
   if (p >= pixels) return;
   global const REAL* from = output_gradient + (long)p * times * channels;
@@ -95,8 +95,8 @@ typedef struct {
 } Region;
 
 // output = base, with the patch's first channels in place of the region's. One item per pixel of the base.
-kernel void overwrite_region(global const REAL* base, global const REAL* patch, global REAL* output, const Region region,
-                             const int pixels) {
+kernel void overwrite_region(global const REAL* base, global const REAL* patch, global REAL* output,
+                             const Region region, const int pixels) {
   const int p = get_global_id(0);
   if (p >= pixels) return;
   const int x = p % region.image_width, y = p / region.image_width % region.image_height;

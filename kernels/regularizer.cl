@@ -12,8 +12,8 @@ kernel void row_lengths(global const REAL* rows, global REAL* lengths, const lon
 }
 
 // A row of length zero gets no gradient.
-kernel void row_lengths_gradient(global const REAL* rows, global const REAL* lengths, global const REAL* length_gradient,
-                                 global REAL* gradient, const long count) {
+kernel void row_lengths_gradient(global const REAL* rows, global const REAL* lengths,
+                                 global const REAL* length_gradient, global REAL* gradient, const long count) {
   const long i = get_global_id(0);
   if (i >= count) return;
   const REAL factor = lengths[i] == 0 ? 0 : length_gradient[i] / lengths[i];

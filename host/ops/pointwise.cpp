@@ -63,4 +63,8 @@ void add_in_place(const Tensor& target, const Tensor& source) {
   launch("add_in_place", target, target, source);
 }
 
+void scale_in_place(const Tensor& array, const Tensor& factor) {
+  launch("scale_in_place", array, array, factor);
+}
+
 }  // namespace degas

@@ -10,7 +10,7 @@
 namespace degas {
 namespace {
 
-// As in kernels/ssim.cl.
+// As in kernels/common/ssim.cl, ssim_wide.cl and ssim_gpu.cl.
 constexpr int64_t strip_vectors = 16, rows_per_item = 4, tile = 16, window_radius = 5;
 
 struct Geometry {
@@ -40,6 +40,10 @@ Geometry geometry_of(const Device& device, const Tensor& image) {
   return geometry;
 }
 
+Kernel ssim_kernel(Device& device, const char* name, const Geometry& geometry) {
+  return device.kernel(device.is_wide() ? "ssim_wide" : "ssim_gpu", name, {{"CHANNELS", geometry.channels}});
+}
+
 void require_images(const char* operation, const Tensor& image, const Tensor& target) {
   const int64_t most_channels = 3;  // what the wide kernel's one vector on either side of a strip has room for
   if (image.shape() != target.shape() || image.shape().size() != 3 || image.dim(2) < 1 ||
@@ -55,7 +59,7 @@ Tensor weighted_sums(const Tensor& image, const Tensor& target, const Tensor& de
   Device& device = image.device();
   const Geometry geometry = geometry_of(device, image);
   const Tensor partial(device, {geometry.partials});
-  device.kernel("ssim", "ssim_forward", {{"CHANNELS", geometry.channels}})
+  ssim_kernel(device, "ssim_forward", geometry)
       .launch(geometry.global, geometry.local, image, target, derivative, partial, l1_factor, ssim_factor,
               geometry.height, geometry.row_length, geometry.pitch, margin);
   Tape silent(device, false);
@@ -68,20 +72,17 @@ Tensor l1_ssim_loss(Tape& tape, const Tensor& image, const Tensor& target, doubl
   require_images("l1_ssim_loss", image, target);
   const auto count = static_cast<double>(image.size());
   const double l1_factor = (1 - ssim_weight) / count, ssim_factor = ssim_weight / count;
-  Tensor derivative;
-  if (tape.needs_gradient({image})) {
-    const Geometry geometry = geometry_of(tape.device(), image);
-    derivative = Tensor(tape.device(), {3, geometry.height, geometry.pitch});
-  }
+  if (!tape.needs_gradient({image})) return weighted_sums(image, target, {}, l1_factor, ssim_factor, 0);
+  // The gradient is made at once: it is a third of the derivatives that it comes from.
+  const Geometry geometry = geometry_of(tape.device(), image);
+  const Tensor derivative(tape.device(), {3, geometry.height, geometry.pitch}), gradient(tape.device(), image.shape());
   const Tensor loss = weighted_sums(image, target, derivative, l1_factor, ssim_factor, 0);
-  tape.record("l1_ssim_loss", {image}, {loss}, [=](Tape& tape) {
-    tape.accumulate(image, [&](const Tensor& gradient) {
-      const Geometry geometry = geometry_of(tape.device(), image);
-      tape.device()
-          .kernel("ssim", "ssim_backward", {{"CHANNELS", geometry.channels}})
-          .launch(geometry.global, geometry.local, image, target, derivative, loss.gradient(), gradient, l1_factor,
-                  ssim_factor, geometry.height, geometry.row_length, geometry.pitch);
-    });
+  ssim_kernel(tape.device(), "ssim_backward", geometry)
+      .launch(geometry.global, geometry.local, image, target, derivative, gradient, l1_factor, ssim_factor,
+              geometry.height, geometry.row_length, geometry.pitch);
+  tape.record("l1_ssim_loss", {image}, {loss}, [=, image = image.without_values()](Tape& tape) {
+    scale_in_place(gradient, loss.gradient());
+    tape.accumulate(image, gradient);
   });
   return loss;
 }

@@ -20,14 +20,34 @@ def ssim_map(x, y, padding):
     return (2 * mx * my + c1) * (2 * cov + c2) / ((mx ** 2 + my ** 2 + c1) * (vx + vy + c2))
 
 
+def noise(shape):
+    x = torch.rand(shape).double()
+    return x, (x * 0.7 + 0.3 * torch.rand(shape).double()).float().double()
+
+
+def figures_before_background(shape, boxes):
+    """The two pictures differ in the boxes (top, left, height, width) alone."""
+    row, column, channel = np.indices(shape)
+    x = torch.tensor((7 * row + 3 * column + 5 * channel) % 16 / 16).double()
+    y = x.clone()
+    for top, left, height, width in boxes:
+        box = np.s_[top:top + height, left:left + width]
+        x[box], y[box] = noise((height, width, 3))
+    return x, y
+
+
+pictures = {name: noise(shape) for name, shape in
+            {"small": (3, 5, 3), "odd": (23, 37, 3), "wide": (13, 90, 3), "gray": (17, 33, 1)}.items()}
+# At borders of the kernels' tiles and strips, in a corner, and far from any.
+pictures["figures"] = figures_before_background((41, 180, 3), [(15, 62, 6, 20), (16, 84, 1, 1), (40, 179, 1, 1)])
 arrays = {}
-for name, shape in {"small": (3, 5, 3), "odd": (23, 37, 3), "wide": (13, 90, 3), "gray": (17, 33, 1)}.items():
-    x = torch.rand(shape).double().requires_grad_()
-    y = (x.detach() * 0.7 + 0.3 * torch.rand(shape).double()).float().double()
+for name, (x, y) in pictures.items():
+    x.requires_grad_()
     loss = 0.8 * (x - y).abs().mean() + 0.2 * (1 - ssim_map(x, y, 5).mean())
     loss.backward()
+    gradient = np.where(x.grad.abs() < 1e-18, 0, x.grad)  # the rest of rounding, far from any difference
     arrays.update({f"{name}_image": x.detach().float().numpy(), f"{name}_target": y.float().numpy(),
-                   f"{name}_loss": np.array([loss.item()]), f"{name}_gradient": x.grad.numpy()})
-    if min(shape[:2]) >= 11:
+                   f"{name}_loss": np.array([loss.item()]), f"{name}_gradient": gradient})
+    if min(x.shape[:2]) >= 11:
         arrays[f"{name}_ssim"] = np.array([ssim_map(x, y, 0).mean().item()])
 np.savez_compressed(os.path.join(os.path.dirname(__file__), "ssim.npz"), **arrays)

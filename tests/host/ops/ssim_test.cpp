@@ -1,5 +1,6 @@
 #include "host/ops/ssim.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "host/autograd/gradient_check.h"
@@ -25,7 +26,7 @@ Tensor constant(Device& device, const Shape& shape, double value) {
 TEST_CASE("L1 + SSIM and its gradient equal torch in double precision, borders included") {
   const auto set = GENERATE(from_range(kernel_sets()));
   const auto real = GENERATE(Real::Float, Real::Double);
-  const std::string name = GENERATE("small", "odd", "wide", "gray");
+  const std::string name = GENERATE("small", "odd", "wide", "gray", "figures");
   Device& device = test::device(set, real);
   const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/ssim.npz");
   const Tensor image = read(device, file, name + "_image").set_requires_gradient(),
@@ -81,6 +82,18 @@ TEST_CASE("the gradient of L1 + SSIM passes finite differences") {
     return std::vector{l1_ssim_loss(tape, in[0], target, 0.6)};
   };
   CHECK(gradient_check(device, function, {image}, {.samples_per_input = 24}) < 1e-6);
+}
+
+TEST_CASE("where two pictures share their background there is no gradient") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/ssim.npz");
+  const Tensor image = read(device, file, "figures_image").set_requires_gradient();
+  Tape tape(device);
+  tape.backward(l1_ssim_loss(tape, image, read(device, file, "figures_target"), 0.2));
+  const std::vector<float> gradient = image.gradient().to_host<float>();
+  const auto row = gradient.begin() + 8 * 180 * 3;
+  CHECK(std::all_of(row, row + 50 * 3, [](float value) { return value == 0; }));
+  CHECK(std::any_of(row + 62 * 3, row + 82 * 3, [](float value) { return value != 0; }));
 }
 
 TEST_CASE("large images agree between the kernel sets, bit for bit from run to run") {
