@@ -1,9 +1,10 @@
 // Adam over many parameter arrays with one global gradient norm, never waiting for the host.
 //   1. square_sums, once a batch of parameters that have a gradient: squared norms of blocks into `partial`, marks them
 //      present.
-//   2. decide, once: the norm over all of them; whether the step is applied; clip factor; per-parameter bias correction.
+//   2. decide, once: the norm over all of them; whether the step is applied; clip factor; each parameter's bias
+//      correction.
 //   3. update, once a batch of 1.: moments and values, or nothing when the step is skipped.
-// A batch is up to BATCH parameters in one launch: most are so small that launches would cost more than the work.
+// Batches as in common/batch.cl.
 // state: REAL[2] = norm, factor on the gradients (0 when skipped).
 // counters: int[3] = steps applied, steps skipped, steps skipped in a row up to now.
 // applied, present: int per parameter. bias: REAL[2] per parameter = 1 - beta1^t, sqrt(1 - beta2^t), t = steps in which
@@ -13,17 +14,14 @@
 // Launch: square_sums and update one group per block, the batch's parameters one after the other; decide one group.
 // Deterministic: every sum has an order fixed by the sizes.
 #include "common/real.cl"
+#include "common/batch.cl"
 #include "common/group_sum.cl"
 
-#define BATCH 8
 typedef struct {
   long counts[BATCH];     // elements of each parameter
   int parameters[BATCH];  // its number
-  int ends[BATCH];        // blocks of it and those before; the last one's where there are fewer parameters
+  int ends[BATCH];        // blocks of it and those before it
 } Batch;
-
-#define EACH(WHAT) WHAT(0) WHAT(1) WHAT(2) WHAT(3) WHAT(4) WHAT(5) WHAT(6) WHAT(7)
-#define IS_OF(k) (block >= ((k) == 0 ? 0 : batch.ends[max((k)-1, 0)]))
 
 // partial[first_slot + b] = sum of squares of the batch's block b
 #define GRADIENT(k) global const REAL *gradient##k,

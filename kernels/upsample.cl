@@ -1,68 +1,69 @@
 // Bilinear enlargement to twice the height and width, corners aligned: output row i lies at i (H - 1) / (2H - 1) of the
-// input. Forward and backward (a gather: each input pixel sums the outputs it took part in, in a fixed order).
+// input. Forward, with an optional array that the result is added to, and backward (a gather: each input pixel sums the
+// outputs it took part in, in a fixed order).
 // (The kernel is not called upsample: OpenCL C has a built-in function of that name.)
-// Layout: input (N, H, W, C), output (N, 2H, 2W, C).
+// Layout: input (N, H, W, C), base (null: zeros) and output (N, 2H, 2W, C).
 // -D CHANNEL_VECTOR=1|2|4|8|16: channels handled at once; must divide C.
-// Launch of both: WIDE: (rows of the target, N), an item owns a row; otherwise (W C / CHANNEL_VECTOR, H, N) of the target.
+// Launch of both: WIDE: (rows of the target, N), an item owns a row; otherwise (W C / CHANNEL_VECTOR, H, N) of the
+// target.
 #undef V
 #define V CHANNEL_VECTOR
 #include "common/real.cl"
 
-// Where row i of the output lies between rows of the input, exact in integers.
-#define SOURCE(i, size, low, fraction)               \
-  const int low = (i) * ((size)-1) / (2 * (size)-1); \
-  const REAL fraction = (REAL)((i) * ((size)-1) % (2 * (size)-1)) / (REAL)(2 * (size)-1)
-
-// Input row s takes part in the outputs strictly between those that lie at s - 1 and s + 1: never more than 5.
-#define MOST_TAPS 5
-int first_output(const int s, const int size) { return s == 0 ? 0 : ((s - 1) * (2 * size - 1)) / (size - 1) + 1; }
-int last_output(const int s, const int size) {
-  return s >= size - 1 ? 2 * size - 1 : ((s + 1) * (2 * size - 1) - 1) / (size - 1);
-}
-// Its weights in those outputs; returns how many they are.
-int tap_weights(const int s, const int first, const int size, REAL* weights) {
-  const int taps = last_output(s, size) - first + 1;
-  for (int tap = 0; tap < taps; ++tap) {
-    const int distance = abs((first + tap) * (size - 1) - s * (2 * size - 1));
-    weights[tap] = (REAL)(2 * size - 1 - distance) / (REAL)(2 * size - 1);
-  }
-  return taps;
+// Where place i of the output's 2 size lies in the input, exact in integers: i (size - 1) / (2 size - 1) is
+// k - k / (2 size - 1) for i = 2k and k + (size - 1 - k) / (2 size - 1) for i = 2k + 1.
+int low_source(const int i, const int size) { return i % 2 ? i / 2 : max(i / 2 - 1, 0); }
+REAL source_fraction(const int i, const int size) {
+  const int k = i / 2;
+  return (REAL)(i % 2 ? size - 1 - k : k > 0 ? 2 * size - 1 - k : 0) / (REAL)(2 * size - 1);
 }
 
-void upsample_pixel(global const REAL* image, global REAL* target, const int y, const int x, const int first,
-                    const int last, const int height, const int width, const int vectors) {
-  SOURCE(y, height, top, down);
-  SOURCE(x, width, left, right);
+// The converse: place s of the input takes part in outputs 2s - 1 .. 2s + 2 with these weights, 0 beyond the ends.
+#define TAPS 4
+void tap_weights(const int s, const int size, REAL* weights) {
+  const REAL last = 2 * size - 1;
+  weights[0] = s > 0 ? (size - s) / last : 0;
+  weights[1] = (2 * size - 1 - s) / last;
+  weights[2] = (size + s) / last;
+  weights[3] = s < size - 1 ? (s + 1) / last : 0;
+}
+int tap_place(const int s, const int tap, const int size) { return clamp(2 * s - 1 + tap, 0, 2 * size - 1); }
+
+void upsample_pixel(global const REAL* image, global const REAL* base, global REAL* target, const int y, const int x,
+                    const int first, const int last, const int height, const int width, const int vectors) {
+  const int top = low_source(y, height), left = low_source(x, width);
+  const REAL down = source_fraction(y, height), right = source_fraction(x, width);
   const long row = (long)width * vectors;
   const long below = top + 1 < height ? row : 0, beside = left + 1 < width ? vectors : 0;
   const long corner = top * row + (long)left * vectors;
   for (int c = first; c < last; ++c) {
     const REALV a = LOAD_VECTOR(corner + c, image), b = LOAD_VECTOR(corner + beside + c, image);
     const REALV d = LOAD_VECTOR(corner + below + c, image), e = LOAD_VECTOR(corner + below + beside + c, image);
-    const REALV upper = a + right * (b - a), lower = d + right * (e - d);
-    STORE_VECTOR(upper + down * (lower - upper), c, target);
+    const REALV upper = a + right * (b - a), lower = d + right * (e - d), value = upper + down * (lower - upper);
+    STORE_VECTOR(base ? LOAD_VECTOR(c, base) + value : value, c, target);
   }
 }
 
-void gather_pixel(global const REAL* gradient, global REAL* target, const REAL* row_weights, const int rows, const int top,
+// rows: where the rows of the taps begin.
+void gather_pixel(global const REAL* gradient, global REAL* target, const REAL* row_weights, const long* rows,
                   const int x, const int first, const int last, const int width, const int vectors) {
-  REAL weights[MOST_TAPS];
-  const int left = first_output(x, width);
-  const int columns = tap_weights(x, left, width, weights);
-  const long row = 2 * (long)width * vectors;
+  REAL weights[TAPS];
+  tap_weights(x, width, weights);
   for (int c = first; c < last; ++c) {
     REALV total = 0;
-    for (int i = 0; i < rows; ++i) {
+    for (int i = 0; i < TAPS; ++i) {
       REALV sums = 0;
-      const long start = (top + i) * row + (long)left * vectors + c;
-      for (int j = 0; j < columns; ++j) sums += weights[j] * LOAD_VECTOR(start + j * vectors, gradient);
+      for (int j = 0; j < TAPS; ++j) {
+        sums += weights[j] * LOAD_VECTOR(rows[i] + (long)tap_place(x, j, width) * vectors + c, gradient);
+      }
       total += row_weights[i] * sums;
     }
     STORE_VECTOR(total, c, target);
   }
 }
 
-kernel void upsample_forward(global const REAL* input, global REAL* output, const int height, const int width, const int vectors) {
+kernel void upsample_forward(global const REAL* input, global const REAL* base, global REAL* output, const int height,
+                             const int width, const int vectors) {
 #if WIDE
   const int y = get_global_id(0), n = get_global_id(1);
   if (y >= 2 * height) return;
@@ -71,13 +72,16 @@ kernel void upsample_forward(global const REAL* input, global REAL* output, cons
   if (x >= 2 * width || y >= 2 * height) return;
 #endif
   global const REAL* image = input + (long)n * height * width * vectors * V;
-  global REAL* row = output + ((long)n * 2 * height + y) * 2 * width * vectors * V;
+  const long row = ((long)n * 2 * height + y) * 2 * width * vectors * V;
+#define PLACE(x) ((long)(x)*vectors * V)
 #if WIDE
   for (int x = 0; x < 2 * width; ++x) {
-    upsample_pixel(image, row + (long)x * vectors * V, y, x, 0, vectors, height, width, vectors);
+    upsample_pixel(image, base ? base + row + PLACE(x) : 0, output + row + PLACE(x), y, x, 0, vectors, height, width,
+                   vectors);
   }
 #else
-  upsample_pixel(image, row + (long)x * vectors * V, y, x, c, c + 1, height, width, vectors);
+  upsample_pixel(image, base ? base + row + PLACE(x) : 0, output + row + PLACE(x), y, x, c, c + 1, height, width,
+                 vectors);
 #endif
 }
 
@@ -92,14 +96,15 @@ kernel void upsample_backward(global const REAL* output_gradient, global REAL* i
 #endif
   global const REAL* gradient = output_gradient + (long)n * 4 * height * width * vectors * V;
   global REAL* row = input_gradient + ((long)n * height + y) * width * vectors * V;
-  REAL row_weights[MOST_TAPS];
-  const int top = first_output(y, height);
-  const int rows = tap_weights(y, top, height, row_weights);
+  REAL row_weights[TAPS];
+  long rows[TAPS];
+  tap_weights(y, height, row_weights);
+  for (int tap = 0; tap < TAPS; ++tap) rows[tap] = tap_place(y, tap, height) * 2 * (long)width * vectors;
 #if WIDE
   for (int x = 0; x < width; ++x) {
-    gather_pixel(gradient, row + (long)x * vectors * V, row_weights, rows, top, x, 0, vectors, width, vectors);
+    gather_pixel(gradient, row + PLACE(x), row_weights, rows, x, 0, vectors, width, vectors);
   }
 #else
-  gather_pixel(gradient, row + (long)x * vectors * V, row_weights, rows, top, x, c, c + 1, width, vectors);
+  gather_pixel(gradient, row + PLACE(x), row_weights, rows, x, c, c + 1, width, vectors);
 #endif
 }

@@ -1,185 +1,153 @@
 // Weight normalisation w = gain[o] * v / ||v||, the Euclidean norm taken over the whole tensor, and its gradient:
 //   s[o] = sum of dw * v over the elements of output o;   dgain[o] = s[o] / ||v||
 //   dv = gain[o] * dw / ||v|| - v * (sum_o gain[o] s[o]) / ||v||^3
-// Layout: v and w are (groups, rows, columns), an element's output o = group * columns + column; gain is (groups * columns).
-// norm[0] = ||v||, norm[1] = 1 / ||v||.
-// Large tensors take a kernel for every pass; small ones, which most of a network's are, one work-group for all:
-// there launches would cost more than the work.
-// -D GROUP: items of that work-group, a power of two; 1 when WIDE.
+// Layout: v and w are (groups, rows, columns), an element's output o = group * columns + column; gain is
+// (groups * columns).
+// A launch takes a batch of tensors (common/batch.cl); a block is some whole rows of one group of a tensor. Forward:
+// square_sums, weight_norm; backward: output_sums, finish_output_sums, weight_norm_backward.
+// numbers (tensors, 2): 1 / ||v||, or 0 for a tensor of zeros; (sum_o gain[o] s[o]) / ||v||^3.
+// partial: what the blocks leave for the next launch.
+// -D GROUP: items of a work-group, a power of two; 1 when WIDE.
+// Launch: a work-group per block; finish_output_sums a work-group per tensor.
 // Deterministic: every sum has a fixed order that depends on the sizes only.
 #include "common/real.cl"
+#include "common/batch.cl"
 #include "common/group_sum.cl"
 #include "common/tail.cl"
 
-// partial[p] = sum of a * b over vectors begin, begin + step, .. of item p. Launch: one item per partial sum. On CPUs an
-// item owns one stretch (stretch = vectors per item), on GPUs neighbouring items read neighbouring vectors (stretch = 1).
-// The elements after the last whole vector go to item 0.
-kernel void partial_dot(global const REAL* a, global const REAL* b, global REAL* partial, const int partials,
-                        const long stretch, const long count) {
-  const int p = get_global_id(0);
-  if (p >= partials) return;
-  const long vectors = count / V;
-  const long begin = stretch > 1 ? p * stretch : p;
-  const long end = stretch > 1 ? min(begin + stretch, vectors) : vectors;
-  const long step = stretch > 1 ? 1 : partials;
-  REALV sums = 0;
-  for (long i = begin; i < end; i += step) sums += LOAD_VECTOR(i, a) * LOAD_VECTOR(i, b);
-  REAL total = sum_of_lanes(sums);
-  if (p == 0) {
-    for (long i = vectors * V; i < count; ++i) total += a[i] * b[i];
-  }
-  partial[p] = total;
-}
+typedef struct {
+  int rows[BATCH], columns[BATCH];  // of a group of each tensor
+  int block_rows[BATCH];            // of a block; a group's last one may have fewer
+  int ends[BATCH];                  // blocks of each tensor and those before it
+  int sums[BATCH];                  // where the column sums of its blocks begin in `partial`
+  int tensors[BATCH];               // its place in `numbers`
+} Batch;
 
-// One item: norm from the partial sums of v * v. A tensor of zeros has norm 0 and, rather than NaN, weights of 0.
-kernel void finish_norm(global const REAL* partial, const int partials, global REAL* norm) {
+#define VECTORS(columns) (((columns) + V - 1) / V)
+
+// which: the block's tensor. Of the block: number, within the tensor; rows; start, its first element; output, that of
+// its first column. The kernel chooses the arrays of `which`.
+#define FIND_BLOCK(CHOOSE_ARRAYS)                                                                  \
+  const int block = get_group_id(0), item = get_local_id(0);                                       \
+  int which = 0;                                                                                   \
+  EACH(CHOOSE_ARRAYS)                                                                              \
+  const int columns = batch.columns[which], group_rows = batch.rows[which];                        \
+  const int first_block = which > 0 ? batch.ends[which - 1] : 0, number = block - first_block;     \
+  const int blocks_of_group = (group_rows + batch.block_rows[which] - 1) / batch.block_rows[which]; \
+  const int group = number / blocks_of_group;                                                      \
+  const int first_row = (number - group * blocks_of_group) * batch.block_rows[which];              \
+  const int rows = min(batch.block_rows[which], group_rows - first_row);                           \
+  const long start = ((long)group * group_rows + first_row) * columns
+
+// partial[block] = sum of v * v
+#define DECLARE(k) global const REAL *v##k,
+#define CHOOSE(k) \
+  if (IS_OF(k)) which = k, v = v##k;
+kernel void square_sums(EACH(DECLARE) global REAL* partial, local REAL* scratch, const Batch batch) {
+  global const REAL* v = v0;
+  FIND_BLOCK(CHOOSE);
+  const int count = rows * columns, whole = count / V * V;
+  REALV squares = 0;
+  for (int i = item * V; i < whole; i += GROUP * V) {
+    const REALV value = LOAD_VECTOR(0, v + start + i);
+    squares += value * value;
+  }
+  REAL sum = sum_of_lanes(squares);
+  for (int i = whole + item; i < count; i += GROUP) sum += v[start + i] * v[start + i];
+  sum = sum_of_group(sum, scratch);
+  if (item == 0) partial[block] = sum;
+}
+#undef DECLARE
+#undef CHOOSE
+
+// w and numbers; a tensor of zeros has, rather than NaN, weights of 0.
+#define DECLARE(k) global const REAL *v##k, global const REAL *gain##k, global REAL *w##k,
+#define CHOOSE(k) \
+  if (IS_OF(k)) which = k, v = v##k, gain = gain##k, w = w##k;
+kernel void weight_norm(EACH(DECLARE) global const REAL* partial, global REAL* numbers, local REAL* scratch,
+                        const Batch batch) {
+  global const REAL *v = v0, *gain = gain0;
+  global REAL* w = w0;
+  FIND_BLOCK(CHOOSE);
   REAL total = 0;
-  for (int p = 0; p < partials; ++p) total += partial[p];
-  norm[0] = sqrt(total);
-  norm[1] = total > 0 ? 1 / norm[0] : 0;
-}
-
-// One item: total[0] = sum of the partial sums.
-kernel void finish_dot(global const REAL* partial, const int partials, global REAL* total) {
-  REAL sum = 0;
-  for (int p = 0; p < partials; ++p) sum += partial[p];
-  total[0] = sum;
-}
-
-// Vectors of a row, and where one of them begins, for the two kernels of small tensors.
-#define ROW_VECTORS ((columns + V - 1) / V)
-#define PLACE_VECTOR(number)                           \
-  const int row = (number) / vectors;                  \
-  const int first = ((number)-row * vectors) * V;      \
-  const int start = row * columns + first, lanes = columns - first
-
-// Elements whose squares are summed before the sum is added to that of others: long sums would lose digits.
-#define STRETCH (GROUP > 1 ? V : 256 * V)
-
-// All of the forward pass. Launch: one work-group; scratch: GROUP numbers.
-kernel void weight_norm_small(global const REAL* v, global const REAL* gain, global REAL* norm, global REAL* w,
-                              local REAL* scratch, const int groups, const int rows, const int columns) {
-  const int item = get_local_id(0), count = groups * rows * columns, vectors = ROW_VECTORS;
-  const int whole = count / V * V;
-  REAL sum = 0;
-  for (int begin = item * STRETCH; begin < whole; begin += GROUP * STRETCH) {
-    REALV squares = 0;
-    for (int i = begin; i < min(begin + STRETCH, whole); i += V) {
-      const REALV value = LOAD_VECTOR(0, v + i);
-      squares += value * value;
-    }
-    sum += sum_of_lanes(squares);
-  }
-  for (int i = whole + item; i < count; i += GROUP) sum += v[i] * v[i];
-  const REAL total = sum_of_group(sum, scratch);
-  const REAL length = sqrt(total), inverse = total > 0 ? 1 / length : 0;
-  if (item == 0) {
-    norm[0] = length;
-    norm[1] = inverse;
-  }
-  for (int i = item; i < groups * rows * vectors; i += GROUP) {
-    PLACE_VECTOR(i);
-    const REALV factor = load_tail(gain + row / rows * columns + first, lanes);
-    store_tail(factor * load_tail(v + start, lanes) * inverse, w + start, lanes);
+  for (int b = first_block + item; b < batch.ends[which]; b += GROUP) total += partial[b];
+  total = sum_of_group(total, scratch);
+  const REAL inverse = total > 0 ? 1 / sqrt(total) : 0;
+  if (number == 0 && item == 0) numbers[2 * batch.tensors[which]] = inverse;
+  const int vectors = VECTORS(columns);
+  for (int i = item; i < rows * vectors; i += GROUP) {
+    const int row = i / vectors, first = (i - row * vectors) * V, lanes = columns - first;
+    const long at = start + (long)row * columns + first;
+    store_tail(load_tail(gain + group * columns + first, lanes) * load_tail(v + at, lanes) * inverse, w + at, lanes);
   }
 }
+#undef DECLARE
+#undef CHOOSE
 
-// All of the backward pass. Launch as above.
-kernel void weight_norm_small_backward(global const REAL* v, global const REAL* gain, global const REAL* norm,
-                                       global const REAL* dw, global REAL* dv, global REAL* dgain, local REAL* scratch,
-                                       const int groups, const int rows, const int columns) {
-  const int item = get_local_id(0), vectors = ROW_VECTORS;
-  const REAL inverse = norm[1];
-  REAL along = 0;
-  for (int i = item; i < groups * vectors; i += GROUP) {
-    const int group = i / vectors, first = (i - group * vectors) * V, lanes = columns - first;
+// partial[sums + number * columns + column] = sum of dw * v over the block's rows
+#define DECLARE(k) global const REAL *v##k, global const REAL *dw##k,
+#define CHOOSE(k) \
+  if (IS_OF(k)) which = k, v = v##k, dw = dw##k;
+kernel void output_sums(EACH(DECLARE) global REAL* partial, const Batch batch) {
+  global const REAL *v = v0, *dw = dw0;
+  FIND_BLOCK(CHOOSE);
+  global REAL* target = partial + batch.sums[which] + number * columns;
+  for (int first = item * V; first < columns; first += GROUP * V) {
+    const int lanes = columns - first;
     REALV sums = 0;
     for (int row = 0; row < rows; ++row) {
-      const int at = (group * rows + row) * columns + first;
+      const long at = start + (long)row * columns + first;
       sums += load_tail(v + at, lanes) * load_tail(dw + at, lanes);
     }
-    const int output = group * columns + first;
-    store_tail(inverse * sums, dgain + output, lanes);
-    along += sum_of_lanes(load_tail(gain + output, lanes) * sums);
-  }
-  along = sum_of_group(along, scratch) * inverse * inverse * inverse;
-  for (int i = item; i < groups * rows * vectors; i += GROUP) {
-    PLACE_VECTOR(i);
-    const REALV factor = inverse * load_tail(gain + row / rows * columns + first, lanes);
-    store_tail(factor * load_tail(dw + start, lanes) - along * load_tail(v + start, lanes), dv + start, lanes);
+    store_tail(sums, target + first, lanes);
   }
 }
+#undef DECLARE
+#undef CHOOSE
 
-// Launch for the next two: (ceil(columns / V), groups * rows); a row's last columns, too few for a vector, go one by one.
-#define ROW_ELEMENTS                                      \
-  const int first = (int)get_global_id(0) * V;            \
-  const long row = get_global_id(1);                      \
-  if (first >= columns || row >= groups * (long)rows) return; \
-  const long start = row * columns + first;               \
-  const int output = (int)(row / rows) * columns + first; \
-  const int lanes = min(V, columns - first)
-
-kernel void weight_norm(global const REAL* v, global const REAL* gain, global const REAL* norm, global REAL* w,
-                        const int groups, const int rows, const int columns) {
-  ROW_ELEMENTS;
-  const REAL inverse = norm[1];
-  if (lanes == V) {
-    STORE_VECTOR(LOAD_VECTOR(0, gain + output) * LOAD_VECTOR(0, v + start) * inverse, 0, w + start);
-  } else {
-    for (int i = 0; i < lanes; ++i) w[start + i] = gain[output + i] * v[start + i] * inverse;
-  }
-}
-
-kernel void weight_norm_backward(global const REAL* v, global const REAL* gain, global const REAL* norm,
-                                 global const REAL* dw, global const REAL* dot, global REAL* dv, const int groups,
-                                 const int rows, const int columns) {
-  ROW_ELEMENTS;
-  const REAL inverse = norm[1];
-  const REAL along = dot[0] * inverse * inverse * inverse;
-  if (lanes == V) {
-    STORE_VECTOR(LOAD_VECTOR(0, gain + output) * LOAD_VECTOR(0, dw + start) * inverse - LOAD_VECTOR(0, v + start) * along, 0,
-                 dv + start);
-  } else {
-    for (int i = 0; i < lanes; ++i) dv[start + i] = gain[output + i] * dw[start + i] * inverse - v[start + i] * along;
-  }
-}
-
-// partial[chunk, o] = sum of dw * v over the rows [chunk * chunk_rows, ..) of o's group.
-// Launch: (ceil(columns / V), chunks, groups).
-kernel void output_sums(global const REAL* v, global const REAL* dw, global REAL* partial, const int groups, const int rows,
-                        const int columns, const int chunk_rows) {
-  const int first = (int)get_global_id(0) * V;
-  const int chunk = get_global_id(1), group = get_global_id(2);
-  if (first >= columns || chunk * chunk_rows >= rows) return;
-  const int lanes = min(V, columns - first);
-  const int end = min((chunk + 1) * chunk_rows, rows);
-  const long group_start = (long)group * rows * columns + first;
-  global REAL* target = partial + ((long)chunk * groups + group) * columns + first;
-  if (lanes == V) {
+// dgain and the second of numbers.
+#define DECLARE(k) global const REAL *gain##k, global REAL *dgain##k,
+#define CHOOSE(k) \
+  if (get_group_id(0) == k) gain = gain##k, dgain = dgain##k;
+kernel void finish_output_sums(EACH(DECLARE) global const REAL* partial, global REAL* numbers, local REAL* scratch,
+                               const Batch batch) {
+  const int which = get_group_id(0), item = get_local_id(0);
+  global const REAL* gain = gain0;
+  global REAL* dgain = dgain0;
+  EACH(CHOOSE)
+  const int columns = batch.columns[which], vectors = VECTORS(columns), block_rows = batch.block_rows[which];
+  const int blocks = batch.ends[which] - (which > 0 ? batch.ends[which - 1] : 0);
+  const int blocks_of_group = (batch.rows[which] + block_rows - 1) / block_rows;
+  global REAL* number = numbers + 2 * batch.tensors[which];
+  const REAL inverse = number[0];
+  REAL along = 0;
+  for (int i = item; i < blocks / blocks_of_group * vectors; i += GROUP) {
+    const int group = i / vectors, first = (i - group * vectors) * V, lanes = columns - first;
+    global const REAL* source = partial + batch.sums[which] + group * blocks_of_group * columns + first;
     REALV sums = 0;
-    for (int row = chunk * chunk_rows; row < end; ++row) {
-      sums += LOAD_VECTOR(0, v + group_start + (long)row * columns) * LOAD_VECTOR(0, dw + group_start + (long)row * columns);
-    }
-    STORE_VECTOR(sums, 0, target);
-  } else {
-    for (int i = 0; i < lanes; ++i) {
-      REAL sum = 0;
-      for (int row = chunk * chunk_rows; row < end; ++row) {
-        const long at = group_start + (long)row * columns + i;
-        sum += v[at] * dw[at];
-      }
-      target[i] = sum;
-    }
+    for (int b = 0; b < blocks_of_group; ++b) sums += load_tail(source + b * columns, lanes);
+    store_tail(inverse * sums, dgain + group * columns + first, lanes);
+    along += sum_of_lanes(load_tail(gain + group * columns + first, lanes) * sums);
   }
+  along = sum_of_group(along, scratch);
+  if (item == 0) number[1] = along * inverse * inverse * inverse;
 }
+#undef DECLARE
+#undef CHOOSE
 
-// dgain[o] = s[o] / ||v||, s[o] = sum over chunks. Launch: one item per output.
-kernel void finish_output_sums(global const REAL* partial, global const REAL* norm, global REAL* sums, global REAL* dgain,
-                               const int chunks, const int outputs) {
-  const int o = get_global_id(0);
-  if (o >= outputs) return;
-  REAL sum = 0;
-  for (int chunk = 0; chunk < chunks; ++chunk) sum += partial[(long)chunk * outputs + o];
-  sums[o] = sum;
-  dgain[o] = sum * norm[1];
+#define DECLARE(k) global const REAL *v##k, global const REAL *gain##k, global const REAL *dw##k, global REAL *dv##k,
+#define CHOOSE(k) \
+  if (IS_OF(k)) which = k, v = v##k, gain = gain##k, dw = dw##k, dv = dv##k;
+kernel void weight_norm_backward(EACH(DECLARE) global const REAL* numbers, const Batch batch) {
+  global const REAL *v = v0, *gain = gain0, *dw = dw0;
+  global REAL* dv = dv0;
+  FIND_BLOCK(CHOOSE);
+  const REAL inverse = numbers[2 * batch.tensors[which]], along = numbers[2 * batch.tensors[which] + 1];
+  const int vectors = VECTORS(columns);
+  for (int i = item; i < rows * vectors; i += GROUP) {
+    const int row = i / vectors, first = (i - row * vectors) * V, lanes = columns - first;
+    const long at = start + (long)row * columns + first;
+    const REALV factor = inverse * load_tail(gain + group * columns + first, lanes);
+    store_tail(factor * load_tail(dw + at, lanes) - along * load_tail(v + at, lanes), dv + at, lanes);
+  }
 }

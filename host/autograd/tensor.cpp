@@ -103,6 +103,7 @@ Tensor Tensor::reshaped(Shape shape) const {
   }
   Tensor view = *this;
   view.shape_ = std::move(shape);
+  view.recipe_.reset();  // it makes the other shape
   return view;
 }
 
@@ -115,6 +116,10 @@ Tensor Tensor::without_values() const {
   Tensor rest = *this;
   rest.memory_.reset();
   return rest;
+}
+
+void Tensor::set_recipe(std::function<Tensor()> recipe) {
+  recipe_ = std::make_shared<const std::function<Tensor()>>(std::move(recipe));
 }
 
 template <>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -50,6 +51,12 @@ class Tensor {
   Tensor reshaped(Shape shape) const;
   /// The same gradient, but no memory: what a backward pass keeps of a tensor whose values it does not read.
   Tensor without_values() const;
+  /// How to make the values anew where they are large and cheap to make; the recipe holds what it needs for that.
+  void set_recipe(std::function<Tensor()> recipe);
+  /// What a backward pass keeps of a tensor whose values it reads through rebuilt(): without_values() given a recipe.
+  Tensor kept() const { return recipe_ ? without_values() : *this; }
+  /// Itself, or made anew where kept() dropped the values.
+  Tensor rebuilt() const { return memory_ || !recipe_ ? *this : (*recipe_)(); }
 
   /// Waits for the device. Float and double read Real tensors; int32_t reads Int32 and UInt32, and so on.
   template <typename Value>
@@ -82,6 +89,7 @@ class Tensor {
   Element element_ = Element::Real;
   std::shared_ptr<Memory> memory_;
   std::shared_ptr<Gradient> gradient_;
+  std::shared_ptr<const std::function<Tensor()>> recipe_;
 };
 
 }  // namespace degas

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "host/ops/conv2d_launch.h"
+#include "host/ops/sign.h"
 
 namespace degas {
 namespace {
@@ -56,14 +57,23 @@ Tensor conv2d(Tape& tape, const Tensor& input, const Tensor& weight, const Tenso
   conv2d_forward(g, input, weight, bias, kind, options.negative_slope, output);
 
   const double slope = options.negative_slope;
-  // The activation's gradient takes the output's signs; nothing else of the output is read again.
-  const Tensor kept = slope != 1 ? output : output.without_values();
-  tape.record("conv2d", {input, weight, bias}, {output}, [=, output = kept](Tape& tape) mutable {
+  if (!tape.needs_gradient({input, weight, bias})) return output;
+  // The activation's gradient takes the output's signs; nothing else of the output is read again. Packing small ones
+  // would be a launch for nothing.
+  constexpr size_t worth_packing = 1 << 20;
+  const bool packs = slope != 1 && options.keep_signs && output.bytes() > worth_packing;
+  const Tensor signs = packs ? pack_signs(output) : Tensor();
+  const Tensor kept = slope != 1 && !signs.defined() ? output : output.without_values();
+  tape.record("conv2d", {input, weight, bias}, {output}, [=, input = input.kept(), output = kept](Tape& tape) mutable {
     const bool in_place = !output.gradient_is_shared();
     Tensor gradient = output.gradient();
     if (slope != 1) {
       const Tensor pre_activation = in_place ? gradient : Tensor(tape.device(), g.output_shape());
-      conv2d_backward_activation(gradient, output, slope, pre_activation);
+      if (signs.defined()) {
+        leaky_relu_gradient(gradient, signs, slope, pre_activation);
+      } else {
+        conv2d_backward_activation(gradient, output, slope, pre_activation);
+      }
       gradient = pre_activation;
     }
     // What is through goes back to the pool before the large gradients to come.
@@ -74,7 +84,8 @@ Tensor conv2d(Tape& tape, const Tensor& input, const Tensor& weight, const Tenso
     } else {
       tape.accumulate(bias, [&](const Tensor& target) { conv2d_backward_bias(g, kind, gradient, target); });
     }
-    tape.accumulate(weight, [&](const Tensor& target) { conv2d_backward_weight(g, input, gradient, target); });
+    tape.accumulate(weight,
+                    [&](const Tensor& target) { conv2d_backward_weight(g, input.rebuilt(), gradient, target); });
     tape.accumulate(input, [&](const Tensor& target) { conv2d_backward_input(g, gradient, weight, target); });
   });
   return output;

@@ -11,6 +11,8 @@ struct Conv2dOptions {
   int padding = 0;            ///< pixels of zeros on each side
   int groups = 1;             ///< channels are cut into this many contiguous groups, each convolved on its own
   double negative_slope = 1;  ///< leaky ReLU applied after the bias, 0 .. 1; 1: none
+  /// The way back keeps the output's signs instead of the output: saves memory where no other operator keeps it.
+  bool keep_signs = false;
 };
 
 /// output = leaky_relu(input * weight + bias), a cross-correlation as in the other libraries.

@@ -109,8 +109,8 @@ Tensor Lpips::convolve(Tape& tape, const Tensor& input, const Convolution& convo
                 {.stride = convolution.stride, .padding = convolution.padding, .groups = 1, .negative_slope = 0});
 }
 
-std::vector<Tensor> Lpips::features(Tape& tape, const Tensor& image) const {
-  std::vector<Tensor> compared;
+void Lpips::run(Tape& tape, const Tensor& image,
+                const std::function<void(const Layer&, const Tensor&)>& compare) const {
   Tensor current = normalize_input(tape, image);
   for (const Layer& layer : layers_) {
     if (layer.kind == LpipsLayer::Kind::Pool) current = max_pool(tape, current, layer.ceil_mode);
@@ -120,9 +120,8 @@ std::vector<Tensor> Lpips::features(Tape& tape, const Tensor& image) const {
       current = concat_channels(
           tape, {convolve(tape, squeezed, layer.convolutions[1]), convolve(tape, squeezed, layer.convolutions[2])});
     }
-    if (layer.feature_weights.defined()) compared.push_back(current);
+    if (layer.feature_weights.defined()) compare(layer, current);
   }
-  return compared;
 }
 
 Tensor Lpips::distance(Tape& tape, const Tensor& image, const Tensor& target) const {
@@ -132,15 +131,15 @@ Tensor Lpips::distance(Tape& tape, const Tensor& image, const Tensor& target) co
                                        smallest_side_, to_string(image.shape()), to_string(target.shape())));
   }
   Tape silent(tape.device(), false);
-  const std::vector<Tensor> wanted = features(silent, target), got = features(tape, image);
+  std::vector<Tensor> wanted;
+  run(silent, target, [&](const Layer&, const Tensor& feature) { wanted.push_back(feature); });
   Tensor total;
   size_t compared = 0;
-  for (const Layer& layer : layers_) {
-    if (!layer.feature_weights.defined()) continue;
-    const Tensor term = mean(tape, feature_distance(tape, got[compared], wanted[compared], layer.feature_weights));
+  // Compared as they come, so that the way back has the gradient of one layer at a time.
+  run(tape, image, [&](const Layer& layer, const Tensor& feature) {
+    const Tensor term = mean(tape, feature_distance(tape, feature, wanted[compared++], layer.feature_weights));
     total = total.defined() ? add(tape, total, term) : term;
-    ++compared;
-  }
+  });
   return total;
 }
 

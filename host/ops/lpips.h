@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "host/autograd/tape.h"
@@ -53,8 +54,8 @@ class Lpips {
   static Tensor convolve(Tape& tape, const Tensor& input, const Convolution& convolution);
   /// Side length after all layers, or 0 when one of them does not accept it.
   int output_side(int side) const;
-  /// Outputs of the compared layers.
-  std::vector<Tensor> features(Tape& tape, const Tensor& image) const;
+  /// Calls compare with each compared layer and its output, as soon as it is there.
+  void run(Tape& tape, const Tensor& image, const std::function<void(const Layer&, const Tensor&)>& compare) const;
 
   std::vector<Layer> layers_;
   int smallest_side_ = 1;

@@ -5,116 +5,130 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "host/ops/batch.h"
+
 namespace degas {
 namespace {
 
-/// v's elements as groups x rows x columns, for the kernels.
-struct Layout {
-  int groups, rows, columns;
-  int outputs() const { return groups * columns; }
+/// The kernels' Batch.
+struct BatchArgument {
+  int32_t rows[batch_size], columns[batch_size], block_rows[batch_size], ends[batch_size], sums[batch_size],
+      tensors[batch_size];
 };
 
-/// Elements up to which one work-group does a whole pass: a GPU has more of them to keep busy.
-int64_t small_size(const Device& device) {
-  return device.is_wide() ? 1 << 16 : 1 << 13;
-}
+/// Layers that a launch takes together, by their places in the list.
+struct Batch {
+  std::vector<size_t> members;
+  BatchArgument argument{};
+  int blocks = 0;
+  int64_t sums = 0;  ///< numbers of all column sums
+};
 
 int group_size(const Device& device) {
   return device.is_wide() ? 1 : 256;
 }
 
-Kernel weight_norm_kernel(Device& device, const char* name) {
-  return device.kernel("weight_norm", name, {{"GROUP", group_size(device)}});
+/// Rows of a block: some thousand elements, but few enough blocks that adding up what they leave is no work.
+int block_rows(const Device& device, int rows, int columns) {
+  const int elements = device.is_wide() ? 8192 : 2048;
+  return std::min(rows, std::max({1, elements / columns, rows / 64}));
 }
 
-template <typename... Arguments>
-void launch_small(const char* name, const Layout& layout, const Tensor& v, const Arguments&... arguments) {
-  Device& device = v.device();
-  const size_t group = group_size(device);
-  weight_norm_kernel(device, name)
-      .launch({group}, {group}, v, arguments..., LocalMemory{group * device.real_bytes()}, layout.groups, layout.rows,
-              layout.columns);
-}
-
-size_t vectors_in(const Device& device, int columns) {
-  return static_cast<size_t>((columns + device.vector_width() - 1) / device.vector_width());
-}
-
-/// Partial sums of a * b, in an order fixed by the size; `finish` adds them up.
-void dot(const Tensor& a, const Tensor& b, const char* finish, const Tensor& result) {
-  Device& device = a.device();
-  const int64_t vectors = std::max<int64_t>(1, a.size() / device.vector_width());
-  int64_t partials, stretch;
-  if (device.is_wide()) {
-    stretch = std::max<int64_t>(256, (vectors + 63) / 64);
-    partials = (vectors + stretch - 1) / stretch;
-  } else {
-    stretch = 1;
-    partials = std::min<int64_t>(512, (vectors + 15) / 16);
+std::vector<Batch> make_batches(const Device& device, const std::vector<WeightNormLayer>& layers,
+                                const std::vector<size_t>& members) {
+  std::vector<Batch> batches;
+  for (size_t begin = 0; begin < members.size(); begin += batch_size) {
+    Batch& batch = batches.emplace_back();
+    batch.members.assign(members.begin() + begin, members.begin() + std::min(begin + batch_size, members.size()));
+    BatchArgument& a = batch.argument;
+    for (size_t k = 0; k < batch_size; ++k) {
+      if (k < batch.members.size()) {
+        const WeightNormLayer& layer = layers[batch.members[k]];
+        a.columns[k] = static_cast<int>(layer.v.dim(-1));
+        a.rows[k] = static_cast<int>(layer.v.size() / (int64_t{layer.groups} * a.columns[k]));
+        a.block_rows[k] = block_rows(device, a.rows[k], a.columns[k]);
+        a.sums[k] = static_cast<int>(batch.sums);
+        a.tensors[k] = static_cast<int>(batch.members[k]);
+        const int blocks = layer.groups * ((a.rows[k] + a.block_rows[k] - 1) / a.block_rows[k]);
+        batch.blocks += blocks;
+        batch.sums += int64_t{blocks} * a.columns[k];
+      }
+      a.ends[k] = batch.blocks;
+    }
   }
-  const Tensor partial(device, {partials});
-  weight_norm_kernel(device, "partial_dot")
-      .launch({static_cast<size_t>(partials)}, {device.is_wide() ? size_t{1} : size_t{64}}, a, b, partial,
-              static_cast<int>(partials), stretch, a.size());
-  weight_norm_kernel(device, finish).launch({1}, {1}, partial, static_cast<int>(partials), result);
+  return batches;
 }
 
-template <typename... Arguments>
-void launch_rows(const char* name, const Layout& layout, const Tensor& target, const Arguments&... arguments) {
-  Device& device = target.device();
-  const size_t rows = static_cast<size_t>(layout.groups) * layout.rows;
-  const Range local = device.is_wide() ? Range{1, 64} : Range{32, 4};
-  weight_norm_kernel(device, name)
-      .launch({vectors_in(device, layout.columns), rows}, local, arguments..., layout.groups, layout.rows,
-              layout.columns);
+/// A work-group for each of `groups`; arrays(layer's place) gives a tuple of its tensors.
+template <typename Arrays, typename... Arguments>
+void launch(Device& device, const char* name, const Batch& batch, size_t groups, const Arrays& arrays,
+            const Arguments&... arguments) {
+  const size_t group = group_size(device);
+  launch_batch(device.kernel("weight_norm", name, {{"GROUP", group_size(device)}}), {groups * group}, {group},
+               batch.members, arrays, arguments..., batch.argument);
 }
 
-/// s[o] = sum of dw * v over the elements of output o, and with it dgain.
-Tensor sum_outputs(const Tensor& v, const Tensor& dw, const Tensor& norm, const Tensor& dgain, const Layout& layout) {
-  Device& device = v.device();
-  const int chunk_rows = std::max(32, (layout.rows + 31) / 32);
-  const int chunks = (layout.rows + chunk_rows - 1) / chunk_rows;
-  const Tensor partial(device, {chunks, layout.outputs()}), sums(device, {layout.outputs()});
-  const Range local = device.is_wide() ? Range{1, 1, 1} : Range{32, 1, 1};
-  weight_norm_kernel(device, "output_sums")
-      .launch({vectors_in(device, layout.columns), static_cast<size_t>(chunks), static_cast<size_t>(layout.groups)},
-              local, v, dw, partial, layout.groups, layout.rows, layout.columns, chunk_rows);
-  weight_norm_kernel(device, "finish_output_sums")
-      .launch({static_cast<size_t>(layout.outputs())}, {64}, partial, norm, sums, dgain, chunks, layout.outputs());
-  return sums;
+void require_fitting(const WeightNormLayer& layer) {
+  const int64_t columns = layer.v.dim(-1);
+  if (layer.groups < 1 || layer.gain.size() != layer.groups * columns ||
+      layer.v.size() % (layer.groups * columns) != 0) {
+    throw std::logic_error(fmt::format("[weight_norm] gain {} and {} groups do not fit v {}",
+                                       to_string(layer.gain.shape()), layer.groups, to_string(layer.v.shape())));
+  }
 }
 
 }  // namespace
 
-Tensor weight_norm(Tape& tape, const Tensor& v, const Tensor& gain, int groups) {
-  const Layout layout{groups, static_cast<int>(v.size() / (groups * v.dim(-1))), static_cast<int>(v.dim(-1))};
-  if (gain.size() != layout.outputs() || int64_t{groups} * layout.rows * layout.columns != v.size()) {
-    throw std::logic_error(fmt::format("[weight_norm] gain {} and {} groups do not fit v {}", to_string(gain.shape()),
-                                       groups, to_string(v.shape())));
-  }
+std::vector<Tensor> weight_norm(Tape& tape, const std::vector<WeightNormLayer>& layers) {
   Device& device = tape.device();
-  const Tensor norm(device, {2}), output(device, v.shape());
-  const bool is_small = v.size() <= small_size(device);
-  if (is_small) {
-    launch_small("weight_norm_small", layout, v, gain, norm, output);
-  } else {
-    dot(v, v, "finish_norm", norm);
-    launch_rows("weight_norm", layout, output, v, gain, norm, output);
+  std::vector<Tensor> weights, inputs, outputs;
+  std::vector<size_t> all;
+  for (const WeightNormLayer& layer : layers) {
+    require_fitting(layer);
+    all.push_back(weights.size());
+    weights.emplace_back(device, layer.v.shape());
+    inputs.insert(inputs.end(), {layer.v, layer.gain});
+    outputs.push_back(weights.back().without_values());
   }
-  tape.record("weight_norm", {v, gain}, {output}, [=](Tape& tape) {
+  const LocalMemory scratch{group_size(device) * device.real_bytes()};
+  const Tensor numbers(device, {static_cast<int64_t>(layers.size()), 2});
+  for (const Batch& batch : make_batches(device, layers, all)) {
+    const Tensor partial(device, {batch.blocks});
+    launch(
+        device, "square_sums", batch, batch.blocks, [&](size_t i) { return std::tuple(layers[i].v); }, partial,
+        scratch);
+    launch(
+        device, "weight_norm", batch, batch.blocks,
+        [&](size_t i) { return std::tuple(layers[i].v, layers[i].gain, weights[i]); }, partial, numbers, scratch);
+  }
+  tape.record("weight_norm", inputs, outputs, [=](Tape& tape) {
     Device& device = tape.device();
-    const Tensor dw = output.gradient(), dv(device, v.shape()), dgain(device, gain.shape());
-    if (is_small) {
-      launch_small("weight_norm_small_backward", layout, v, gain, norm, dw, dv, dgain);
-    } else {
-      const Tensor sums = sum_outputs(v, dw, norm, dgain, layout), along(device, {1});
-      dot(gain, sums, "finish_dot", along);
-      launch_rows("weight_norm_backward", layout, dv, v, gain, norm, dw, along, dv);
+    std::vector<Tensor> dv(layers.size()), dgain(layers.size());
+    std::vector<size_t> reached;
+    for (size_t i = 0; i < layers.size(); ++i) {
+      if (!outputs[i].has_gradient()) continue;
+      reached.push_back(i);
+      dv[i] = Tensor(device, layers[i].v.shape());
+      dgain[i] = Tensor(device, layers[i].gain.shape());
     }
-    tape.accumulate(gain, dgain);
-    tape.accumulate(v, dv);
+    for (const Batch& batch : make_batches(device, layers, reached)) {
+      const Tensor partial(device, {batch.sums});
+      launch(
+          device, "output_sums", batch, batch.blocks,
+          [&](size_t i) { return std::tuple(layers[i].v, outputs[i].gradient()); }, partial);
+      launch(
+          device, "finish_output_sums", batch, batch.members.size(),
+          [&](size_t i) { return std::tuple(layers[i].gain, dgain[i]); }, partial, numbers, scratch);
+      launch(
+          device, "weight_norm_backward", batch, batch.blocks,
+          [&](size_t i) { return std::tuple(layers[i].v, layers[i].gain, outputs[i].gradient(), dv[i]); }, numbers);
+    }
+    for (const size_t i : reached) {
+      tape.accumulate(layers[i].gain, dgain[i]);
+      tape.accumulate(layers[i].v, dv[i]);
+    }
   });
-  return output;
+  return weights;
 }
 
 }  // namespace degas

@@ -7,13 +7,12 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "host/ops/batch.h"
+
 namespace degas {
 namespace {
 
 constexpr int64_t block = 4096;
-// Parameters of a launch, as in kernels/adam.cl, and their blocks unless it is one large one.
-constexpr size_t batch_size = 8;
-constexpr int most_blocks = 16;
 
 /// The kernels' Batch.
 struct BatchArgument {
@@ -68,11 +67,9 @@ template <typename Arrays, typename... Arguments>
 void Adam::launch_batch(const Kernel& kernel, const Batch& batch, const Arrays& arrays,
                         const Arguments&... arguments) const {
   BatchArgument argument{};
-  decltype(arrays(parameters_.front())) tensors[batch_size];  // undefined past the last: null pointers
   for (size_t k = 0, end = 0; k < batch_size; ++k) {
     if (k < batch.members.size()) {
       const Parameter& parameter = parameters_[batch.members[k]];
-      tensors[k] = arrays(parameter);
       argument.counts[k] = parameter.value.size();
       argument.parameters[k] = static_cast<int32_t>(batch.members[k]);
       end += slots_of(parameter.value);
@@ -80,11 +77,9 @@ void Adam::launch_batch(const Kernel& kernel, const Batch& batch, const Arrays& 
     argument.ends[k] = static_cast<int32_t>(end);
   }
   const size_t group = group_size(device_);
-  std::apply(
-      [&](const auto&... tensor) {
-        kernel.launch({static_cast<size_t>(batch.blocks) * group}, {group}, tensor..., arguments..., argument);
-      },
-      std::tuple_cat(tensors[0], tensors[1], tensors[2], tensors[3], tensors[4], tensors[5], tensors[6], tensors[7]));
+  degas::launch_batch(
+      kernel, {static_cast<size_t>(batch.blocks) * group}, {group}, batch.members,
+      [&](size_t member) { return arrays(parameters_[member]); }, arguments..., argument);
 }
 
 std::vector<Adam::Batch> Adam::make_batches() const {
@@ -92,13 +87,11 @@ std::vector<Adam::Batch> Adam::make_batches() const {
   for (size_t i = 0; i < parameters_.size(); ++i) {
     const Parameter& parameter = parameters_[i];
     if (!parameter.value.has_gradient()) continue;
-    const auto blocks = static_cast<int>(slots_of(parameter.value));
-    if (batches.empty() || batches.back().members.size() == batch_size ||
-        batches.back().blocks + blocks > most_blocks || batches.back().group != parameter.group) {
+    if (batches.empty() || batches.back().members.size() == batch_size || batches.back().group != parameter.group) {
       batches.push_back({parameter.group, 0, {}});
     }
     batches.back().members.push_back(i);
-    batches.back().blocks += blocks;
+    batches.back().blocks += static_cast<int>(slots_of(parameter.value));
   }
   return batches;
 }

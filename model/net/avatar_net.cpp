@@ -30,8 +30,11 @@ void require_shape(const char* name, const Tensor& tensor, int64_t size) {
 
 AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size, const Tensor& joint_masks,
                      uint64_t seed)
-    : config_(without_inputs_if_static(config)), face_code_size_(face_code_size), store_(device, seed) {
-  const BlockContext context{store_, config_};
+    : config_(without_inputs_if_static(config)),
+      face_code_size_(face_code_size),
+      store_(device, seed),
+      encoder_weights_(std::make_shared<LayerWeights>()) {
+  const BlockContext context{store_, config_, encoder_weights_};
   const int side = config_.resolution / 8;
   const auto scaled = [&](int channels) { return scaled_channels(channels, config_.width); };
 
@@ -60,7 +63,7 @@ AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size
   }
   if (config_.use_world_normals) channels += world_normals_.emplace(context, "world_normals").channels();
   joint_.emplace(context, "joint", ResBlock::Shape{channels, scaled(config_.joint_channels), side});
-  decoder_.emplace(context, scaled(config_.joint_channels));
+  decoder_.emplace(BlockContext{store_, config_, std::make_shared<LayerWeights>()}, scaled(config_.joint_channels));
 }
 
 Tensor AvatarNet::inject_face(Tape& tape, const Tensor& map, const Tensor& face_map) const {
@@ -71,6 +74,7 @@ AvatarNet::Encoding AvatarNet::encode(Tape& tape, const Inputs& inputs, std::opt
   const int64_t map_size = int64_t{3} * config_.resolution * config_.resolution;
   if (posed_vertex_map_ || posed_vertex_) require_shape("posed_vertex_map", inputs.posed_vertex_map, map_size);
   if (world_normals_) require_shape("world_normals", inputs.world_normals, map_size);
+  const LayerWeights::Pass pass(*encoder_weights_, tape);
   Tensor face_map;
   if (face_) {
     require_shape("face_code", inputs.face_code, face_code_size_);

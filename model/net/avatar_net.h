@@ -52,6 +52,7 @@ class AvatarNet {
   NetConfig config_;
   int face_code_size_;
   ParameterStore store_;
+  std::shared_ptr<LayerWeights> encoder_weights_;
   std::optional<PoseEmbedding> pose_;
   std::optional<VectorMapEncoder> posed_vertex_map_;
   std::optional<PosedVertexEncoder> posed_vertex_;

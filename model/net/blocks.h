@@ -1,9 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "host/autograd/tape.h"
 #include "model/config.h"
+#include "model/net/layer_weights.h"
 #include "model/net/parameter_store.h"
 
 namespace degas {
@@ -11,10 +13,11 @@ namespace degas {
 /// Channels or code size after the width multiplier: the nearest multiple of 8, at least 8; unchanged at width 1.
 int scaled_channels(int channels, double width);
 
-/// What all layers share.
+/// What layers share.
 struct BlockContext {
   ParameterStore& store;
   const NetConfig& config;
+  std::shared_ptr<LayerWeights> weights;  ///< a LayerWeights::Pass must be on while the layers run
 };
 
 /// A weight-normalised convolution with a bias (untied up to net.untied_bias_max_resolution, tied above; or none at
@@ -28,6 +31,7 @@ class ConvLayer {
     int out_size = 0;  ///< side of the output, for untied biases
     Bias bias = Bias::Untied;
     bool activation = true;
+    bool keep_signs = false;  ///< as Conv2dOptions
   };
   ConvLayer(const BlockContext& context, const std::string& name, const Shape& shape);
   Tensor operator()(Tape& tape, const Tensor& input) const;
@@ -35,7 +39,9 @@ class ConvLayer {
  private:
   Shape shape_;
   double negative_slope_;
-  Tensor v_, gain_, bias_;
+  std::shared_ptr<LayerWeights> weights_;
+  size_t layer_;  ///< its number in weights_
+  Tensor bias_;
 };
 
 /// A weight-normalised fully connected layer with bias.
@@ -46,7 +52,9 @@ class LinearLayer {
 
  private:
   double negative_slope_;
-  Tensor v_, gain_, bias_;
+  std::shared_ptr<LayerWeights> weights_;
+  size_t layer_;
+  Tensor bias_;
 };
 
 /// Res(Cin -> Cout) of method.md: conv Cin -> Cin and conv Cin -> Cout, each with bias and leaky ReLU, plus a 1x1 skip;
@@ -60,6 +68,8 @@ class ResBlock {
   };
   ResBlock(const BlockContext& context, const std::string& name, const Shape& shape);
   Tensor operator()(Tape& tape, const Tensor& input) const;
+  /// The same of upsample(input), at stride 1.
+  Tensor of_upsampled(Tape& tape, const Tensor& input) const;
 
  private:
   ConvLayer first_, second_, skip_;

@@ -7,7 +7,8 @@
 
 namespace degas {
 
-MapDecoder::MapDecoder(const BlockContext& context, int feature_channels) : group_channels_(feature_channels) {
+MapDecoder::MapDecoder(const BlockContext& context, int feature_channels) 
+    : weights_(context.weights), group_channels_(feature_channels) {
   const NetConfig& config = context.config;
   int size = config.resolution / 8;
   for (const int channels : config.decoder_channels) {
@@ -30,6 +31,7 @@ MapDecoder::MapDecoder(const BlockContext& context, int feature_channels) : grou
 }
 
 HeadMaps MapDecoder::operator()(Tape& tape, const Tensor& joint_feature, std::vector<Tensor>* levels) const {
+  const LayerWeights::Pass pass(*weights_, tape);
   Tensor map = repeat_channels(tape, joint_feature, groups);
   for (const UpBlock& up : ups_) {
     map = up(tape, map);

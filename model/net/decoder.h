@@ -18,6 +18,7 @@ struct HeadMaps {
 /// Joint feature (1, R/8, R/8, C) -> head maps. Three groups of channels, one for each head, that never mix.
 class MapDecoder {
  public:
+  /// context.weights: its own layers' alone.
   MapDecoder(const BlockContext& context, int feature_channels);
   /// levels: filled with the maps of sides R/4, R/2 and R, where given.
   HeadMaps operator()(Tape& tape, const Tensor& joint_feature, std::vector<Tensor>* levels = nullptr) const;
@@ -25,6 +26,7 @@ class MapDecoder {
   static constexpr int groups = 3;
 
  private:
+  std::shared_ptr<LayerWeights> weights_;
   std::vector<UpBlock> ups_;
   std::vector<ConvLayer> heads_;
   int group_channels_;

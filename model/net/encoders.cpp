@@ -102,8 +102,10 @@ PosedVertexEncoder::PosedVertexEncoder(const BlockContext& context)
     : downs_(make_downs(context, "pve", 3, context.config.resolution, posed_vertex_levels(context.config))),
       latent_size_(scaled_channels(context.config.latent_size, context.config.width)),
       flat_size_(16 * posed_vertex_levels(context.config).back()),
+      deviation_weights_(std::make_shared<LayerWeights>()),
       mean_(context, "pve.mean", flat_size_, latent_size_, false),
-      log_deviation_(context, "pve.log_deviation", flat_size_, latent_size_, false),
+      log_deviation_({context.store, context.config, deviation_weights_}, "pve.log_deviation", flat_size_,
+                     latent_size_, false),
       decoder_(context, "pve_decoder", latent_size_, flat_size_ / 16,
                decoder_levels(context.config.pve_decoder_channels,
                               levels_above_bottleneck(context.config.resolution / 8), context.config.width)) {}
@@ -114,7 +116,10 @@ PosedVertexEncoder::Latent PosedVertexEncoder::encode(Tape& tape, const Tensor& 
   for (const ResBlock& down : downs_) map = down(tape, map);
   const Tensor flat = map.reshaped({1, flat_size_});
   Latent latent{mean_(tape, flat), {}};
-  if (with_deviation) latent.log_deviation = scale(tape, log_deviation_(tape, flat), 0.1);
+  if (with_deviation) {
+    const LayerWeights::Pass pass(*deviation_weights_, tape);
+    latent.log_deviation = scale(tape, log_deviation_(tape, flat), 0.1);
+  }
   return latent;
 }
 

@@ -61,6 +61,7 @@ class PosedVertexEncoder {
  private:
   std::vector<ResBlock> downs_;
   int latent_size_, flat_size_;
+  std::shared_ptr<LayerWeights> deviation_weights_;  ///< of log_deviation_ alone, which few configs run
   LinearLayer mean_, log_deviation_;
   CodeDecoder decoder_;
 };

@@ -47,9 +47,8 @@ Tensor target_of(Device& device, const TrainingPicture& picture) {
 }
 
 /// Gaussians that no picture would show, and so none can bring back.
-int64_t count_dead(const CanonicalGaussians& gaussians) {
-  const std::vector<float> opacities = gaussians.opacities.to_host<float>();
-  const std::vector<float> log_scales = gaussians.log_scales.to_host<float>();
+int64_t count_dead(const Tensor& opacity, const Tensor& log_scale) {
+  const std::vector<float> opacities = opacity.to_host<float>(), log_scales = log_scale.to_host<float>();
   int64_t dead = 0;
   for (size_t i = 0; i < opacities.size(); ++i) {
     const bool lives = opacities[i] >= faintest_opacity && std::abs(log_scales[3 * i]) <= largest_log_scale &&
@@ -125,15 +124,15 @@ SplatImage Trainer::draw(Tape& tape, const Splats& splats, const TrainingPicture
   return splat(tape, workspace_, splats, picture.view, picture.background, splat_options(config_.render));
 }
 
-Trainer::Step Trainer::train_step(const LoadedStep& loaded, double fraction) {
+Trainer::Step Trainer::forward(Tape& tape, const LoadedStep& loaded) {
   const auto& prepared = std::any_cast<const PreparedStep&>(loaded.maps);
-  Tape tape(device_);
   device_.set_stage({"decode"});
   const Avatar::Signal signal = avatar_.upload(prepared.signal);
   const Avatar::Decoded decoded =
       avatar_.decode(tape, signal, Random::of_step(config_.train.seed, noise_stream, loaded.step).next());
+  const CanonicalGaussians& gaussians = decoded.gaussians;
   device_.set_stage({"pose"});
-  const Splats splats = posed_splats(tape, signal, decoded.gaussians, loaded.request.frame);
+  const Splats splats = posed_splats(tape, signal, gaussians, loaded.request.frame);
   device_.set_stage({"splat"});
   std::vector<LossView> views;
   for (const TrainingPicture& picture : prepared.pictures) {
@@ -141,15 +140,19 @@ Trainer::Step Trainer::train_step(const LoadedStep& loaded, double fraction) {
         {draw(tape, splats, picture).color, target_of(device_, picture), picture.region, picture.background});
   }
   device_.set_stage({"losses"});
-  const LossMaps maps{decoded.gaussians.offsets, decoded.gaussians.log_scales, decoded.gaussians.opacity_logits,
-                      decoded.divergence};
-  const LossTerms terms = loss_.evaluate(tape, views, maps, loaded.step);
-  tape.backward(terms.total);
+  const LossMaps maps{gaussians.offsets, gaussians.log_scales, gaussians.opacity_logits, decoded.divergence};
+  return {loss_.evaluate(tape, views, maps, loaded.step), gaussians.opacities, gaussians.log_scales};
+}
+
+Trainer::Step Trainer::train_step(const LoadedStep& loaded, double fraction) {
+  Tape tape(device_);
+  const Step step = forward(tape, loaded);
+  tape.backward(step.terms.total);
   device_.set_stage({"optimiser"});
   const double factor = learning_rate_factor(fraction);
   optimiser_.step({factor * config_.train.learning_rate, factor * config_.train.pose_learning_rate});
   device_.set_stage({});
-  return {terms, decoded.gaussians};
+  return step;
 }
 
 double Trainer::validation_psnr() {
@@ -185,7 +188,7 @@ TrainingReport Trainer::make_report(const Step& step, const Adam::Counters& coun
   report.step = step_;
   report.fraction = fraction;
   report.losses = step.terms.values();
-  report.dead_texels = count_dead(step.gaussians);
+  report.dead_texels = count_dead(step.opacities, step.log_scales);
   report.skipped = counters.skipped;
   report.learning_rate = config_.train.learning_rate * learning_rate_factor(fraction);
   return report;

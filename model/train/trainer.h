@@ -56,9 +56,11 @@ class Trainer {
  private:
   struct Step {
     LossTerms terms;
-    CanonicalGaussians gaussians;
+    Tensor opacities, log_scales;  // of the canonical Gaussians
   };
   Step train_step(const LoadedStep& loaded, double fraction);
+  /// Up to the loss. What only the tape still needs is held by it alone, so that it goes back to the pool on the way.
+  Step forward(Tape& tape, const LoadedStep& loaded);
   Splats posed_splats(Tape& tape, const Avatar::Signal& signal, const CanonicalGaussians& gaussians, int frame) const;
   SplatImage draw(Tape& tape, const Splats& splats, const TrainingPicture& picture);
   double learning_rate_factor(double fraction) const;

@@ -219,3 +219,22 @@ TEST_CASE("conv2d refuses shapes that do not fit") {
                     Catch::Contains("kernel is larger"));
   CHECK(conv2d(tape, input, weight, Tensor(), grouped).shape() == Shape{1, 2, 2, 4});
 }
+
+TEST_CASE("kept signs give the bits that the kept output gives") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  // Large enough to be packed, and no whole number of words.
+  const Tensor input = random_tensor(device, {1, 199, 191, 2}, 1).set_requires_gradient();
+  const Tensor weight = random_tensor(device, {1, 3, 3, 2, 7}, 2).set_requires_gradient();
+  std::vector<std::vector<float>> gradients[2];
+  for (const bool keep_signs : {false, true}) {
+    Tape tape(device);
+    const Conv2dOptions options{.padding = 1, .negative_slope = 0.2, .keep_signs = keep_signs};
+    const Tensor output = conv2d(tape, input, weight, Tensor(), options);
+    tape.backward(sum(tape, multiply(tape, output, random_tensor(device, output.shape(), 3))));
+    for (Tensor tensor : {input, weight}) {
+      gradients[keep_signs].push_back(tensor.gradient().to_host<float>());
+      tensor.clear_gradient();
+    }
+  }
+  CHECK(gradients[0] == gradients[1]);
+}

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "host/autograd/gradient_check.h"
+#include "host/ops/pointwise.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;
@@ -48,4 +49,37 @@ TEST_CASE("upsample's gradient passes finite differences") {
   const Tensor input = random_tensor(device, shape, 1).set_requires_gradient();
   const auto function = [](Tape& tape, const std::vector<Tensor>& in) { return std::vector{upsample(tape, in[0])}; };
   CHECK(gradient_check(device, function, {input}) < 1e-6);
+}
+
+TEST_CASE("add_upsampled is the sum of its base and what upsample gives, gradients too") {
+  const KernelSet set = GENERATE(from_range(kernel_sets()));
+  const Shape shape = GENERATE(Shape{1, 1, 1, 3}, Shape{2, 3, 5, 8}, Shape{1, 7, 4, 48});
+  const Shape twice{shape[0], 2 * shape[1], 2 * shape[2], shape[3]};
+  {
+    Device& device = test::device(set);
+    const Tensor input = random_tensor(device, shape, 1), base = random_tensor(device, twice, 2);
+    Tape tape(device, false);
+    CHECK(add_upsampled(tape, base, input).to_host<float>() ==
+          add(tape, base, upsample(tape, input)).to_host<float>());
+    CHECK_THROWS_AS(add_upsampled(tape, input, input), std::logic_error);
+  }
+  Device& device = test::device(set, Real::Double);
+  const Tensor input = random_tensor(device, shape, 1).set_requires_gradient();
+  const Tensor base = random_tensor(device, twice, 2).set_requires_gradient();
+  const auto function = [](Tape& tape, const std::vector<Tensor>& in) {
+    return std::vector{add_upsampled(tape, in[0], in[1])};
+  };
+  CHECK(gradient_check(device, function, {base, input}) < 1e-6);
+}
+
+TEST_CASE("an enlarged map that a backward pass reads is not kept but made anew, to the same bits") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const Tensor input = random_tensor(device, {1, 5, 6, 8}, 1).set_requires_gradient();
+  Tape tape(device);
+  const Tensor output = upsample(tape, input), kept = output.kept();
+  CHECK_THROWS_AS(kept.memory(), std::logic_error);
+  CHECK(kept.rebuilt().to_host<float>() == output.to_host<float>());
+  CHECK(output.rebuilt().to_host<float>() == output.to_host<float>());
+  const Tensor reshaped = output.reshaped({10, 12, 8});
+  CHECK(reshaped.kept().to_host<float>() == output.to_host<float>());
 }

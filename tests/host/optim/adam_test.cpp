@@ -180,7 +180,7 @@ TEST_CASE("parameters that share launches get the bits that each gets alone") {
   const AdamOptions options{.clip_above = 0};  // whose norm is over all of them
   std::vector<int64_t> sizes;
   for (int i = 0; i < 17; ++i) sizes.push_back(1 + 2 * i);  // more than a launch takes
-  for (int i = 0; i < 3; ++i) sizes.push_back(6 * 4096);    // more blocks than a launch takes
+  for (int i = 0; i < 3; ++i) sizes.push_back(6 * 4096);    // of several blocks
   Adam together(device, options);
   std::vector<std::unique_ptr<Adam>> alone;
   std::vector<Tensor> shared, single;
