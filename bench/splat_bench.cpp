@@ -102,14 +102,15 @@ void measure_scene(Bench& bench, const Scene& scene, double size) {
   const Camera& camera = scene.camera;
   const SplatOptions options;
   SplatWorkspace workspace;
-  const ProjectedSplats projected = project_splats(splats, camera, options);
-  const Intersections intersections = intersect_tiles(workspace, projected, camera);
-  const RasterImage image = rasterize(projected, intersections, camera, scene.background, options);
-  const std::vector<float> weights(image.color.size(), 1e-3f);
-  const Tensor color_gradient = Tensor::from(device, image.color.shape(), std::span<const float>(weights));
-  const Tensor alpha_gradient = Tensor::zeros(device, image.alpha.shape());
-  const Tensor slots = rasterize_backward(projected, intersections, image, color_gradient, alpha_gradient, camera,
-                                          scene.background, options);
+  const SplatViews views = upload_views(device, {{camera, scene.background}}, options);
+  const ProjectedSplats projected = project_splats(workspace, splats, views, options);
+  const Intersections intersections = intersect_tiles(workspace, projected, views);
+  const std::vector<RasterImage> images = rasterize(projected, intersections, views, options);
+  const std::vector<float> weights(images[0].color.size(), 1e-3f);
+  const std::vector<RasterGradient> wanted = {
+      {Tensor::from(device, images[0].color.shape(), std::span<const float>(weights)),
+       Tensor::zeros(device, images[0].alpha.shape())}};
+  const Tensor slots = rasterize_backward(projected, intersections, images, wanted, views, options);
   const auto empty_like = [&](const Tensor& field) { return Tensor(device, field.shape()); };
   const Splats gradients{empty_like(splats.positions), empty_like(splats.rotations), empty_like(splats.log_scales),
                          empty_like(splats.opacities), empty_like(splats.colors),    {}};
@@ -129,15 +130,12 @@ void measure_scene(Bench& bench, const Scene& scene, double size) {
     if (counted) total += row.time.median;
   };
   fmt::print("{}: {} splats, {} intersections\n", scene.name, scene.opacities.size(), intersections.count);
-  time("project", true, [&] { project_splats(splats, camera, options); });
-  time("intersect", true, [&] { intersect_tiles(workspace, projected, camera); });
-  time("raster", true, [&] { rasterize(projected, intersections, camera, scene.background, options); });
-  time("raster backward", true, [&] {
-    rasterize_backward(projected, intersections, image, color_gradient, alpha_gradient, camera, scene.background,
-                       options);
-  });
+  time("project", true, [&] { project_splats(workspace, splats, views, options); });
+  time("intersect", true, [&] { intersect_tiles(workspace, projected, views); });
+  time("raster", true, [&] { rasterize(projected, intersections, views, options); });
+  time("raster backward", true, [&] { rasterize_backward(projected, intersections, images, wanted, views, options); });
   time("project backward", true,
-       [&] { project_splats_backward(splats, intersections, slots, camera, options, gradients); });
+       [&] { project_splats_backward(splats, intersections, slots, views, options, gradients); });
   fmt::print("{:<52} {:>9.3f}\n", "sum of the stages", total);
   time("forward", false, [&] {
     Tape tape(device, false);
@@ -148,7 +146,7 @@ void measure_scene(Bench& bench, const Scene& scene, double size) {
   const auto forward_and_backward = [&] {
     Tape tape(device);
     const SplatImage drawn = splat(tape, workspace, splats, camera, scene.background, options);
-    backward_from(tape, {drawn.color, drawn.alpha}, {color_gradient, alpha_gradient});
+    backward_from(tape, {drawn.color, drawn.alpha}, {wanted[0].color, wanted[0].alpha});
     for (Tensor field : {splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.colors}) {
       field.clear_gradient();
     }

@@ -73,7 +73,8 @@ std::string part_of(const Profiler::Row& row) {
                                                            {"projection", "projection"},
                                                            {"raster_wide", "raster"},
                                                            {"raster_gpu", "raster"},
-                                                           {"intersection", "intersection"},
+                                                           {"intersection_wide", "intersection"},
+                                                           {"intersection_gpu", "intersection"},
                                                            {"image", "pictures"},
                                                            {"radix_sort", "intersection"},
                                                            {"memory", "fill, copy, upload"}};

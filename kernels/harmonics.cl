@@ -1,7 +1,9 @@
-// Colours as a camera sees them: real spherical harmonics of degrees 1 .. DEGREE over the direction from the camera to
+// Colours as cameras see them: real spherical harmonics of degrees 1 .. DEGREE over the direction from the camera to
 // each Gaussian, in the Gaussian's own axes, on top of a colour that is the same from everywhere; and the way back.
-// Order and signs of the harmonics are those of 3DGS.
-// Shapes: positions, base_colors, colors (N,3); rotations (N,4) w x y z; harmonics (N, COEFFICIENTS, 3).
+// Order and signs of the harmonics are those of 3DGS. All cameras at once, because the coefficients are most of what is
+// read and written.
+// Shapes: positions, base_colors (N,3); rotations (N,4) w x y z; harmonics (N, COEFFICIENTS, 3); cameras (C,3):
+// centres; colors (C,N,3).
 // Defines: DEGREE 1 .. 3. Launch: one item per Gaussian, local size free. Deterministic: no element is written twice.
 #include "common/real.cl"
 #include "common/quaternion.cl"
@@ -66,40 +68,54 @@ inline REAL3 basis_gradient(const REAL x, const REAL y, const REAL z, const REAL
 }
 
 typedef struct {
-  REAL3 direction;         // unit, from the camera to the Gaussian
-  REAL3 own_direction;     // the same in the Gaussian's axes
   REAL4 rotation;          // unit
   REAL4 row0, row1, row2;  // of its matrix
-  REAL inverse_distance, inverse_norm;
-} View;
+  REAL inverse_norm;
+} Axes;
+
+inline Axes axes_of(global const REAL* rotations, const int i) {
+  Axes axes;
+  const REAL4 rotation = vload4(i, rotations);
+  const REAL norm = dot(rotation, rotation);
+  axes.inverse_norm = norm == 0 ? 0 : 1 / sqrt(norm);
+  axes.rotation = rotation * axes.inverse_norm;
+  quaternion_to_rows(axes.rotation, &axes.row0, &axes.row1, &axes.row2);
+  return axes;
+}
+
+typedef struct {
+  REAL3 direction;      // unit, from the camera to the Gaussian
+  REAL3 own_direction;  // the same in the Gaussian's axes
+  REAL inverse_distance;
+} Sight;
 
 // A Gaussian at the camera's very centre is seen from no direction: from 0, where degree 1 adds nothing.
-inline View view_of(global const REAL* positions, global const REAL* rotations, const REAL3 camera, const int i) {
-  View view;
-  const REAL3 from_camera = vload3(i, positions) - camera;
-  const REAL4 rotation = vload4(i, rotations);
-  const REAL square = dot(from_camera, from_camera), norm = dot(rotation, rotation);
-  view.inverse_distance = square == 0 ? 0 : 1 / sqrt(square);
-  view.inverse_norm = norm == 0 ? 0 : 1 / sqrt(norm);
-  view.direction = from_camera * view.inverse_distance;
-  view.rotation = rotation * view.inverse_norm;
-  quaternion_to_rows(view.rotation, &view.row0, &view.row1, &view.row2);
-  view.own_direction =
-      view.direction.x * view.row0.xyz + view.direction.y * view.row1.xyz + view.direction.z * view.row2.xyz;
-  return view;
+inline Sight sight_of(const REAL3 position, const REAL3 camera, const Axes* axes) {
+  Sight sight;
+  const REAL3 from_camera = position - camera;
+  const REAL square = dot(from_camera, from_camera);
+  sight.inverse_distance = square == 0 ? 0 : 1 / sqrt(square);
+  sight.direction = from_camera * sight.inverse_distance;
+  sight.own_direction =
+      sight.direction.x * axes->row0.xyz + sight.direction.y * axes->row1.xyz + sight.direction.z * axes->row2.xyz;
+  return sight;
 }
 
 kernel void colors_forward(global const REAL* positions, global const REAL* rotations, global const REAL* base_colors,
-                           global const REAL* harmonics, global REAL* colors, const REAL camera_x, const REAL camera_y,
-                           const REAL camera_z, const int count) {
+                           global const REAL* harmonics, global const REAL* cameras, global REAL* colors,
+                           const int camera_count, const int count) {
   GAUSSIAN_OR_RETURN;
-  const View view = view_of(positions, rotations, (REAL3)(camera_x, camera_y, camera_z), i);
-  REAL basis[COEFFICIENTS];
-  basis_at(view.own_direction.x, view.own_direction.y, view.own_direction.z, basis);
-  REAL3 color = vload3(i, base_colors);
-  for (int j = 0; j < COEFFICIENTS; ++j) color += basis[j] * vload3((long)i * COEFFICIENTS + j, harmonics);
-  // Not fmax, which would turn a NaN into black.
-  vstore3(select(color, (REAL3)(0), color <= (REAL3)(0)), i, colors);
+  const Axes axes = axes_of(rotations, i);
+  const REAL3 position = vload3(i, positions), base_color = vload3(i, base_colors);
+  for (int k = 0; k < camera_count; ++k) {
+    const REAL3 own = sight_of(position, vload3(k, cameras), &axes).own_direction;
+    REAL basis[COEFFICIENTS];
+    basis_at(own.x, own.y, own.z, basis);
+    REAL3 color = base_color;
+    for (int j = 0; j < COEFFICIENTS; ++j) color += basis[j] * vload3((long)i * COEFFICIENTS + j, harmonics);
+    // Not fmax, which would turn a NaN into black.
+    vstore3(select(color, (REAL3)(0), color <= (REAL3)(0)), (long)k * count + i, colors);
+  }
 }
 
 // No gradient through a colour that the clamp holds at 0.
@@ -107,33 +123,43 @@ inline REAL3 through_clamp(const REAL3 d_color, const REAL3 color) {
   return select((REAL3)(0), d_color, color > (REAL3)(0));
 }
 
-// The gradients of all that colors_forward read. A splat that is not drawn has no gradient, even where its position is
+// The gradients of all that colors_forward read. Where a splat is not drawn it has no gradient, even if its position is
 // not finite.
 kernel void colors_backward(global const REAL* d_colors, global const REAL* colors, global const REAL* positions,
-                            global const REAL* rotations, global const REAL* harmonics, global REAL* d_positions,
-                            global REAL* d_rotations, global REAL* d_base_colors, global REAL* d_harmonics,
-                            const REAL camera_x, const REAL camera_y, const REAL camera_z, const int count) {
+                            global const REAL* rotations, global const REAL* harmonics, global const REAL* cameras,
+                            global REAL* d_positions, global REAL* d_rotations, global REAL* d_base_colors,
+                            global REAL* d_harmonics, const int camera_count, const int count) {
   GAUSSIAN_OR_RETURN;
-  const REAL3 d_color = through_clamp(vload3(i, d_colors), vload3(i, colors));
-  const bool seen = any(d_color != (REAL3)(0));
-  const View view = view_of(positions, rotations, (REAL3)(camera_x, camera_y, camera_z), i);
-  vstore3(d_color, i, d_base_colors);
-
-  REAL basis[COEFFICIENTS], weights[COEFFICIENTS];
-  basis_at(view.own_direction.x, view.own_direction.y, view.own_direction.z, basis);
-  for (int j = 0; j < COEFFICIENTS; ++j) {
-    const long at = (long)i * COEFFICIENTS + j;
-    weights[j] = dot(d_color, vload3(at, harmonics));
-    vstore3(seen ? basis[j] * d_color : (REAL3)(0), at, d_harmonics);
+  const Axes axes = axes_of(rotations, i);
+  const REAL3 position = vload3(i, positions);
+  REAL3 d_position = 0, d_base_color = 0, d_coefficients[COEFFICIENTS];
+  REAL4 d_rotation = 0;
+  bool seen = false;
+  for (int j = 0; j < COEFFICIENTS; ++j) d_coefficients[j] = 0;
+  for (int k = 0; k < camera_count; ++k) {
+    const long at = (long)k * count + i;
+    const REAL3 d_color = through_clamp(vload3(at, d_colors), vload3(at, colors));
+    if (!any(d_color != (REAL3)(0))) continue;
+    seen = true;
+    const Sight sight = sight_of(position, vload3(k, cameras), &axes);
+    REAL basis[COEFFICIENTS], weights[COEFFICIENTS];
+    basis_at(sight.own_direction.x, sight.own_direction.y, sight.own_direction.z, basis);
+    d_base_color += d_color;
+    for (int j = 0; j < COEFFICIENTS; ++j) {
+      weights[j] = dot(d_color, vload3((long)i * COEFFICIENTS + j, harmonics));
+      d_coefficients[j] += basis[j] * d_color;
+    }
+    const REAL3 own =
+        basis_gradient(sight.own_direction.x, sight.own_direction.y, sight.own_direction.z, weights);
+    const REAL3 world = (REAL3)(dot(axes.row0.xyz, own), dot(axes.row1.xyz, own), dot(axes.row2.xyz, own));
+    d_position += sight.inverse_distance * (world - dot(world, sight.direction) * sight.direction);
+    const REAL4 turn = (REAL4)(own, 0);
+    d_rotation += quaternion_from_row_gradients(axes.rotation, sight.direction.x * turn, sight.direction.y * turn,
+                                                sight.direction.z * turn);
   }
-
-  const REAL3 own = basis_gradient(view.own_direction.x, view.own_direction.y, view.own_direction.z, weights);
-  const REAL3 world = (REAL3)(dot(view.row0.xyz, own), dot(view.row1.xyz, own), dot(view.row2.xyz, own));
-  vstore3(seen ? view.inverse_distance * (world - dot(world, view.direction) * view.direction) : (REAL3)(0), i,
-          d_positions);
-
-  const REAL4 turn = (REAL4)(own, 0);
-  const REAL4 d = quaternion_from_row_gradients(view.rotation, view.direction.x * turn, view.direction.y * turn,
-                                                view.direction.z * turn);
-  vstore4(seen ? view.inverse_norm * (d - dot(d, view.rotation) * view.rotation) : (REAL4)(0), i, d_rotations);
+  vstore3(d_position, i, d_positions);
+  d_rotation = axes.inverse_norm * (d_rotation - dot(d_rotation, axes.rotation) * axes.rotation);
+  vstore4(seen ? d_rotation : (REAL4)(0), i, d_rotations);
+  vstore3(d_base_color, i, d_base_colors);
+  for (int j = 0; j < COEFFICIENTS; ++j) vstore3(d_coefficients[j], (long)i * COEFFICIENTS + j, d_harmonics);
 }

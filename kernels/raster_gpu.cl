@@ -15,10 +15,19 @@
 #define SUMMERS (PIXELS / BATCH)
 #define FIELDS (RECORD_COLOR + 3)
 
-// log2(alpha) of a record's Gaussian at an offset from its centre.
-inline REAL exponent_at(local const REAL* record, const REAL dx, const REAL dy) {
-  const REAL s = record[RECORD_SHARPNESS_X] * (dx - record[RECORD_SLOPE] * dy);
-  return record[RECORD_LOG2_OPACITY] - record[RECORD_SHARPNESS_Y] * dy * dy - s * s;
+// The s and t of a record's Gaussian at a place of the image (common/splat.cl).
+inline REAL s_at(local const REAL* record, const REAL x, const REAL y) {
+  return record[RECORD_SHARPNESS_X] * (x - record[RECORD_U] - record[RECORD_SLOPE] * (y - record[RECORD_V]));
+}
+
+inline REAL t_at(local const REAL* record, const REAL y) {
+  return record[RECORD_SHARPNESS_Y] * (y - record[RECORD_V]);
+}
+
+// log2(alpha) there.
+inline REAL exponent_at(local const REAL* record, const REAL x, const REAL y) {
+  const REAL s = s_at(record, x, y), t = t_at(record, y);
+  return record[RECORD_LOG2_OPACITY] - t * t - s * s;
 }
 
 #if SMOOTH_CUTOFF
@@ -33,16 +42,17 @@ inline REAL fade_slope(const REAL alpha) {
 }
 #endif
 
-kernel void raster_forward(global const REAL* records, global const uint* tile_starts, global const uint* order,
-                           global const uint* slot_splats, global REAL* color, global REAL* alpha,
+kernel void raster_forward(global const REAL* records, global const uint* tile_starts, global const uint2* entries,
+                           global REAL* color, global REAL* alpha,
                            global REAL* transmittance, global int* contributors, const REAL background_red,
-                           const REAL background_green, const REAL background_blue, const int width, const int height) {
+                           const REAL background_green, const REAL background_blue, const int width, const int height,
+                            const int first_tile) {
   local REAL batch[PIXELS * FIELDS];
   local int open_pixels[PIXELS];
   local int any_open;
   const int column = get_global_id(0), row = get_global_id(1);
   const int item = get_local_id(1) * TILE_WIDTH + get_local_id(0);
-  const int tile = get_group_id(1) * get_num_groups(0) + get_group_id(0);
+  const int tile = first_tile + get_group_id(1) * get_num_groups(0) + get_group_id(0);
   const int inside = column < width && row < height;
   const REAL x = column + (REAL)0.5, y = row + (REAL)0.5;
   const uint begin = tile_starts[tile], end = tile_starts[tile + 1];
@@ -52,7 +62,7 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
   for (uint start = begin; start < end; start += PIXELS) {
     open_pixels[item] = left_over >= TRANSMITTANCE_MIN;
     if (start + item < end) {
-      global const REAL* record = records + (long)slot_splats[order[start + item]] * RECORD_SIZE;
+      global const REAL* record = records + (long)entries[start + item].x * RECORD_SIZE;
       for (int field = 0; field < FIELDS; ++field) batch[item * FIELDS + field] = record[field];
     }
     barrier(CLK_LOCAL_MEM_FENCE);
@@ -66,7 +76,7 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
     const int size = (int)min(end - start, (uint)PIXELS);
     for (int k = 0; k < size && left_over >= TRANSMITTANCE_MIN; ++k) {
       local const REAL* record = batch + k * FIELDS;
-      const REAL exponent = exponent_at(record, x - record[RECORD_U], y - record[RECORD_V]);
+      const REAL exponent = exponent_at(record, x, y);
       if (!(exponent >= LOG2_ALPHA_MIN)) continue;
       REAL a = fmin(exp2_in_range(exponent), ALPHA_MAX);
 #if SMOOTH_CUTOFF
@@ -92,11 +102,12 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
   }
 }
 
-kernel void raster_backward(global const REAL* records, global const uint* tile_starts, global const uint* order,
-                            global const uint* slot_splats, global const REAL* transmittance,
+kernel void raster_backward(global const REAL* records, global const uint* tile_starts, global const uint2* entries,
+                            global const REAL* transmittance,
                             global const int* contributors, global const REAL* d_color, global const REAL* d_alpha,
                             global REAL* slots, const REAL background_red, const REAL background_green,
-                            const REAL background_blue, const int width, const int height) {
+                            const REAL background_blue, const int width, const int height,
+                            const int first_tile) {
   local REAL batch[BATCH * FIELDS];
   local REAL d_exponents[BATCH * PIXELS], weights[BATCH * PIXELS];
   local REAL d_reds[PIXELS], d_greens[PIXELS], d_blues[PIXELS];
@@ -104,7 +115,7 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
   local uint batch_slots[BATCH];
   const int column = get_global_id(0), row = get_global_id(1);
   const int item = get_local_id(1) * TILE_WIDTH + get_local_id(0);
-  const int tile = get_group_id(1) * get_num_groups(0) + get_group_id(0);
+  const int tile = first_tile + get_group_id(1) * get_num_groups(0) + get_group_id(0);
   const int left = get_group_id(0) * TILE_WIDTH, top = get_group_id(1) * TILE_HEIGHT;
   const int inside = column < width && row < height;
   const long pixel = inside ? (long)row * width + column : 0;
@@ -125,15 +136,15 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
     const uint start = begin + b * BATCH;
     const int size = (int)min(end - start, (uint)BATCH);
     for (int k = item; k < size * FIELDS; k += PIXELS) {
-      const uint slot = order[start + k / FIELDS];
-      batch[k] = records[(long)slot_splats[slot] * RECORD_SIZE + k % FIELDS];
-      if (k % FIELDS == 0) batch_slots[k / FIELDS] = slot;
+      const uint2 entry = entries[start + k / FIELDS];
+      batch[k] = records[(long)entry.x * RECORD_SIZE + k % FIELDS];
+      if (k % FIELDS == 0) batch_slots[k / FIELDS] = entry.y;
     }
     barrier(CLK_LOCAL_MEM_FENCE);
 
     for (int k = size; k-- > 0;) {
       local const REAL* record = batch + k * FIELDS;
-      const REAL exponent = exponent_at(record, x - record[RECORD_U], y - record[RECORD_V]);
+      const REAL exponent = exponent_at(record, x, y);
       REAL weight = 0, d_exponent = 0;
       if (exponent >= LOG2_ALPHA_MIN && start + k < last) {
         const REAL plain = exp2_in_range(exponent);
@@ -164,14 +175,14 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
     if (k < size) {
       for (int p = lane; p < PIXELS; p += SUMMERS) {
         const REAL w = d_exponents[k * PIXELS + p], weight = weights[k * PIXELS + p];
-        const REAL dx = left + p % TILE_WIDTH + (REAL)0.5 - batch[k * FIELDS + RECORD_U];
-        const REAL dy = top + p / TILE_WIDTH + (REAL)0.5 - batch[k * FIELDS + RECORD_V];
+        const REAL pixel_x = left + p % TILE_WIDTH + (REAL)0.5, pixel_y = top + p / TILE_WIDTH + (REAL)0.5;
+        const REAL s = s_at(batch + k * FIELDS, pixel_x, pixel_y), t = t_at(batch + k * FIELDS, pixel_y);
         sums[0] += w;
-        sums[1] += w * dx;
-        sums[2] += w * dy;
-        sums[3] += w * dx * dx;
-        sums[4] += w * dx * dy;
-        sums[5] += w * dy * dy;
+        sums[1] += w * s;
+        sums[2] += w * t;
+        sums[3] += w * s * s;
+        sums[4] += w * s * t;
+        sums[5] += w * t * t;
         sums[6] += weight * d_reds[p];
         sums[7] += weight * d_greens[p];
         sums[8] += weight * d_blues[p];

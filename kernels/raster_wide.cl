@@ -1,157 +1,104 @@
-// Rasterisation of projected splats for wide vectors: one item composites a tile, REALV is a row of 16 pixels, no
-// barrier. A splat visits only the rows of the tile between its lowest and highest point, and rows whose pixels are all
-// opaque are left out. Backward walks the same lists from the last contributor to the front and stores the sums of a
-// splat over the tile into the slot of that intersection. Records and slots lie anywhere in memory: they are called for
-// AHEAD splats before their use, without which the kernels wait for memory a third of their time.
-// -D V=16; TILE_HEIGHT: rows of a tile, 1..16; SMOOTH_CUTOFF=0|1: alpha fades in between ALPHA_MIN and 2 ALPHA_MIN
-// instead of stepping (for finite differences).
-// Arrays: records (N,RECORD_SIZE), tile_starts (tiles+1), order (M): slots sorted by tile, slot_splats (M), color
+// Rasterisation of projected splats for wide vectors: one item composites a tile, REALV is a block of 4x4 pixels, no
+// barrier. Of the tile's blocks a splat visits those that its ellipse reaches, unless all their pixels are opaque: of
+// 16 pixels side by side a splat of common size would cover fewer. Lists are taken in batches, whose blocks are known
+// before the first is visited: a branch that waits for them would cost as much as two blocks. Backward walks the same
+// lists from the last contributor to the front and stores the sums of a splat over the tile into the slot of that
+// intersection. Records and slots lie anywhere in memory: they are called for a batch, or AHEAD splats, before their
+// use.
+// -D V=16; SMOOTH_CUTOFF=0|1: alpha fades in between ALPHA_MIN and 2 ALPHA_MIN instead of stepping (for finite
+// differences).
+// Arrays: records (views N,RECORD_SIZE), tile_starts (tiles+1), entries (M) uint2: splat and slot, by tile, color
 // (H,W,3), alpha (H,W), transmittance (H,W): what is left behind the last contributor, contributors (H,W): place in
-// `order` of the pixel's last contributor, plus one, slots (M,SLOT_SIZE).
-// Launch: one item per tile, local size 1. Deterministic: every element has one writer.
+// `entries` of the pixel's last contributor, plus one, slots (M,SLOT_SIZE).
+// Launch: one item per tile of 16x16 pixels, local size 1. Deterministic: every element has one writer.
 #include "common/real.cl"
 #include "common/splat.cl"
 #include "common/prefetch.cl"
 #include "common/columns.cl"
+#include "common/raster_tile.cl"
 
 #define AHEAD 8
-#define TILE_WIDTH 16
-#if REAL_IS_DOUBLE
-#define MASKV long16
-#else
-#define MASKV int16
-#endif
-// Pixel centres of a tile's columns, and of its rows.
-#define CENTERS (REALV)(0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 10.5, 11.5, 12.5, 13.5, 14.5, 15.5)
 
-typedef struct {
-  int left, top, columns, rows;  // first pixel and size within the image
-} Tile;
-
-inline Tile tile_at(const int index, const int width, const int height) {
-  const int grid_columns = (width + TILE_WIDTH - 1) / TILE_WIDTH;
-  Tile tile;
-  tile.left = index % grid_columns * TILE_WIDTH;
-  tile.top = index / grid_columns * TILE_HEIGHT;
-  tile.columns = min(TILE_WIDTH, width - tile.left);
-  tile.rows = min(TILE_HEIGHT, height - tile.top);
-  return tile;
+inline void prefetch_records(global const REAL* records, global const uint2* entries, const int first, const int end) {
+  for (int i = first; i < min(first + BATCH, end); ++i) PREFETCH(records + (long)entries[i].x * RECORD_SIZE);
 }
 
-inline global const REAL* record_at(global const REAL* records, global const uint* slot_splats, const uint slot) {
-  return records + (long)slot_splats[slot] * RECORD_SIZE;
-}
-
-// A splat in a tile: log2(alpha) = peak - (sharpness_x x - center)^2 along each row, dy the row's offset from (u, v);
-// first .. last are the rows whose centres lie within its height, none when first > last.
-typedef struct {
-  REAL dy[V], center[V], peak[V];
-  int first, last;
-} TileSplat;
-
-inline void place_in_tile(global const REAL* record, const Tile tile, const REALV row_centers, TileSplat* splat) {
-  const REAL u = record[RECORD_U] - tile.left, v = record[RECORD_V] - tile.top, half_height = record[RECORD_HEIGHT];
-  const REAL sharpness_x = record[RECORD_SHARPNESS_X];
-  const REALV dy = row_centers - v;
-  const REALV center = sharpness_x * (u + record[RECORD_SLOPE] * dy);
-  const REALV peak = record[RECORD_LOG2_OPACITY] - record[RECORD_SHARPNESS_Y] * dy * dy;
-  STORE_VECTOR(dy, 0, splat->dy);
-  STORE_VECTOR(center, 0, splat->center);
-  STORE_VECTOR(peak, 0, splat->peak);
-  // Rounded up and down by cutting off the fractions of positive numbers, which costs next to nothing.
-  const REAL above = fmin(fmax(v - half_height - (REAL)0.5, (REAL)0), (REAL)TILE_HEIGHT);
-  splat->first = (int)above + (above > (int)above);
-  splat->last = (int)fmin(fmax(v + half_height + (REAL)0.5, (REAL)0), (REAL)tile.rows) - 1;
-}
-
-// log2(alpha) along a row of pixels; scaled_x = sharpness_x x.
-inline REALV row_exponent(const TileSplat* splat, const int row, const REALV scaled_x) {
-  const REALV s = scaled_x - splat->center[row];
-  return splat->peak[row] - s * s;
-}
-
-#if SMOOTH_CUTOFF
-inline REALV fade(const REALV alpha) {
-  const REALV t = fmin(fmax(alpha / ALPHA_MIN - 1, (REAL)0), (REAL)1);
-  return t * t * (3 - 2 * t);
-}
-// d (alpha fade(alpha)) / d ln(alpha), for unclamped alpha
-inline REALV fade_slope(const REALV alpha) {
-  const REALV t = fmin(fmax(alpha / ALPHA_MIN - 1, (REAL)0), (REAL)1);
-  return alpha * (t * t * (3 - 2 * t) + alpha / ALPHA_MIN * 6 * t * (1 - t));
-}
-#endif
-
-kernel void raster_forward(global const REAL* records, global const uint* tile_starts, global const uint* order,
-                           global const uint* slot_splats, global REAL* color, global REAL* alpha,
-                           global REAL* transmittance, global int* contributors, const REAL background_red,
-                           const REAL background_green, const REAL background_blue, const int width, const int height) {
+kernel void raster_forward(global const REAL* records, global const uint* tile_starts, global const uint2* entries,
+                           global REAL* color, global REAL* alpha, global REAL* transmittance,
+                           global int* contributors, const REAL background_red, const REAL background_green,
+                           const REAL background_blue, const int width, const int height, const int first_tile) {
   const int tile_index = get_global_id(0);
   const Tile tile = tile_at(tile_index, width, height);
-  const REALV x = CENTERS;
-  REALV left_over[TILE_HEIGHT], red[TILE_HEIGHT], green[TILE_HEIGHT], blue[TILE_HEIGHT];
-  MASKV last[TILE_HEIGHT];
-  int open[TILE_HEIGHT];
-  for (int row = 0; row < TILE_HEIGHT; ++row) {
-    left_over[row] = 1;
-    red[row] = green[row] = blue[row] = 0;
-    last[row] = 0;
-    open[row] = 1;
+  const int begin = tile_starts[first_tile + tile_index], end = tile_starts[first_tile + tile_index + 1];
+  REALV left_over[BLOCKS], red[BLOCKS], green[BLOCKS], blue[BLOCKS];
+  int16 last[BLOCKS];
+  for (int block = 0; block < BLOCKS; ++block) {
+    // Pixels outside the image are opaque from the start.
+    const REALV x = ACROSS + 4 * (block % 4), y = DOWN + 4 * (block / 4);
+    left_over[block] = x < tile.columns && y < tile.rows ? (REALV)1 : (REALV)0;
+    red[block] = green[block] = blue[block] = 0;
+    last[block] = 0;
   }
+  int open = 0;
+  for (int block = 0; block < BLOCKS; ++block) open |= is_open(left_over[block]) << block;
 
-  const uint begin = tile_starts[tile_index], end = tile_starts[tile_index + 1];
-  for (uint i = begin; i < end; ++i) {
-    PREFETCH(slot_splats + order[min(i + 2 * AHEAD, end - 1)]);
-    PREFETCH(record_at(records, slot_splats, order[min(i + AHEAD, end - 1)]));
-    global const REAL* record = record_at(records, slot_splats, order[i]);
-    const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1],
-               splat_blue = record[RECORD_COLOR + 2];
-    TileSplat splat;
-    place_in_tile(record, tile, x, &splat);
-    const REALV scaled_x = x * record[RECORD_SHARPNESS_X];
-    for (int row = splat.first; row <= splat.last; ++row) {
-      if (!open[row]) continue;
-      const REALV exponent = row_exponent(&splat, row, scaled_x);
-      REALV a = fmin(exp2_in_range(exponent), ALPHA_MAX);
+  int no_ends[BLOCKS];
+  for (int block = 0; block < BLOCKS; ++block) no_ends[block] = end;
+  Batch batch;
+  prefetch_records(records, entries, begin, end);
+  for (int start = begin; start < end && open; start += BATCH) {
+    const int size = min(end - start, BATCH);
+    prefetch_records(records, entries, start + BATCH, end);
+    place_in_tile(records, entries, start, size, tile, no_ends, &batch);
+    // Block by block, so that what its pixels gather stays in registers.
+    for (int rest = open; rest; rest &= rest - 1) {
+      const int block = 31 - clz(rest & -rest);
+      ulong splats = splats_of(&batch, block, size);
+      if (!splats) continue;
+      REALV left = left_over[block], r = red[block], g = green[block], b = blue[block];
+      int16 place = last[block];
+      for (; splats; splats &= splats - 1) {
+        const int k = 63 - (int)clz(splats & -splats);
+        REALV s, t;
+        const REALV exponent = exponent_in_block(&batch, k, block, &s, &t);
+        REALV a = fmin(exp2_in_range(exponent), ALPHA_MAX);
 #if SMOOTH_CUTOFF
-      a *= fade(a);
+        a *= fade(a);
 #endif
-      const REALV t = left_over[row];
-      const MASKV taken = exponent >= LOG2_ALPHA_MIN && t >= TRANSMITTANCE_MIN;
-      const REALV weight = taken ? a * t : (REALV)0;
-      red[row] += weight * splat_red;
-      green[row] += weight * splat_green;
-      blue[row] += weight * splat_blue;
-      left_over[row] = t - weight;
-      last[row] = taken ? (MASKV)(int)(i + 1) : last[row];
-    }
-    // Every so often: rows with no transparent pixel close, and a tile with no open row is done.
-    if (((i - begin) & 15) == 15) {
-      int any_open = 0;
-      for (int row = 0; row < tile.rows; ++row) {
-        open[row] = open[row] && any(left_over[row] >= TRANSMITTANCE_MIN);
-        any_open |= open[row];
+        const MASKV taken = exponent >= LOG2_ALPHA_MIN && left >= TRANSMITTANCE_MIN;
+        const REALV weight = taken ? a * left : (REALV)0;
+        r += weight * batch.red[k];
+        g += weight * batch.green[k];
+        b += weight * batch.blue[k];
+        left -= weight;
+        place = convert_int16(taken) ? (int16)(start + k + 1) : place;
       }
-      if (!any_open) break;
+      left_over[block] = left;
+      red[block] = r;
+      green[block] = g;
+      blue[block] = b;
+      last[block] = place;
+      if (!is_open(left)) open &= ~(1 << block);
     }
   }
 
   for (int row = 0; row < tile.rows; ++row) {
-    const REALV t = left_over[row];
-    const REALV r = red[row] + t * background_red, g = green[row] + t * background_green,
-                b = blue[row] + t * background_blue;
-    const int16 place = convert_int16(last[row]);
+    const REALV left = row_of_blocks(left_over, row);
+    const REALV r = row_of_blocks(red, row) + left * background_red,
+                g = row_of_blocks(green, row) + left * background_green,
+                b = row_of_blocks(blue, row) + left * background_blue;
+    const int16 place = row_of_int_blocks(last, row);
     const long pixel = (long)(tile.top + row) * width + tile.left;
     if (tile.columns == V) {
       store_rows_of_3(r, g, b, color + pixel * 3);
-      STORE_VECTOR(1 - t, 0, alpha + pixel);
-      STORE_VECTOR(t, 0, transmittance + pixel);
+      STORE_VECTOR(1 - left, 0, alpha + pixel);
+      STORE_VECTOR(left, 0, transmittance + pixel);
       vstore16(place, 0, contributors + pixel);
       continue;
     }
     REAL rest[V], reds[V], greens[V], blues[V];
     int places[V];
-    STORE_VECTOR(t, 0, rest);
+    STORE_VECTOR(left, 0, rest);
     STORE_VECTOR(r, 0, reds);
     STORE_VECTOR(g, 0, greens);
     STORE_VECTOR(b, 0, blues);
@@ -167,134 +114,123 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
   }
 }
 
-// Adds halves, quarters, pairs, neighbours: sums of a's lanes in one part, of b's in the other. Four rounds over 16
-// vectors leave the sum of each; zeros cost nothing.
-inline REALV fold_halves(const REALV a, const REALV b) { return (REALV)(a.lo, b.lo) + (REALV)(a.hi, b.hi); }
-inline REALV fold_quarters(const REALV a, const REALV b) {
-  return (REALV)(a.s0123, b.s0123, a.s89ab, b.s89ab) + (REALV)(a.s4567, b.s4567, a.scdef, b.scdef);
-}
-inline REALV fold_pairs(const REALV a, const REALV b) {
-  return (REALV)(a.s01, b.s01, a.s45, b.s45, a.s89, b.s89, a.scd, b.scd) +
-         (REALV)(a.s23, b.s23, a.s67, b.s67, a.sab, b.sab, a.sef, b.sef);
-}
-inline REALV fold_neighbours(const REALV a, const REALV b) {
-  return (REALV)(a.s0, b.s0, a.s2, b.s2, a.s4, b.s4, a.s6, b.s6, a.s8, b.s8, a.sa, b.sa, a.sc, b.sc, a.se, b.se) +
-         (REALV)(a.s1, b.s1, a.s3, b.s3, a.s5, b.s5, a.s7, b.s7, a.s9, b.s9, a.sb, b.sb, a.sd, b.sd, a.sf, b.sf);
+// What a row of a tile's pixels leaves for the way back; zeros outside the image.
+typedef struct {
+  REALV left_over, d_color[3], d_alpha;
+  int16 last;
+} PixelRow;
+
+inline PixelRow row_at(const Tile tile, const int row, global const REAL* transmittance, global const int* contributors,
+                       global const REAL* d_color, global const REAL* d_alpha, const int width) {
+  const long pixel = (long)(tile.top + row) * width + tile.left;
+  PixelRow p;
+  if (row < tile.rows && tile.columns == V) {
+    load_rows_of_3(d_color + pixel * 3, p.d_color);
+    p.d_alpha = LOAD_VECTOR(0, d_alpha + pixel);
+    p.left_over = LOAD_VECTOR(0, transmittance + pixel);
+    p.last = vload16(0, contributors + pixel);
+    return p;
+  }
+  REAL values[5][V];
+  int places[V];
+  for (int column = 0; column < V; ++column) {
+    const int inside = row < tile.rows && column < tile.columns;
+    const long at = inside ? pixel + column : 0;
+    for (int c = 0; c < 3; ++c) values[c][column] = inside ? d_color[at * 3 + c] : 0;
+    values[3][column] = inside ? d_alpha[at] : 0;
+    values[4][column] = inside ? transmittance[at] : 0;
+    places[column] = inside ? contributors[at] : 0;
+  }
+  for (int c = 0; c < 3; ++c) p.d_color[c] = LOAD_VECTOR(0, values[c]);
+  p.d_alpha = LOAD_VECTOR(0, values[3]);
+  p.left_over = LOAD_VECTOR(0, values[4]);
+  p.last = vload16(0, places);
+  return p;
 }
 
-kernel void raster_backward(global const REAL* records, global const uint* tile_starts, global const uint* order,
-                            global const uint* slot_splats, global const REAL* transmittance,
-                            global const int* contributors, global const REAL* d_color, global const REAL* d_alpha,
-                            global REAL* slots, const REAL background_red, const REAL background_green,
-                            const REAL background_blue, const int width, const int height) {
+kernel void raster_backward(global const REAL* records, global const uint* tile_starts, global const uint2* entries,
+                            global const REAL* transmittance, global const int* contributors,
+                            global const REAL* d_color, global const REAL* d_alpha, global REAL* slots,
+                            const REAL background_red, const REAL background_green, const REAL background_blue,
+                            const int width, const int height, const int first_tile) {
   const int tile_index = get_global_id(0);
   const Tile tile = tile_at(tile_index, width, height);
-  const REALV x = CENTERS;
+  const int begin = tile_starts[first_tile + tile_index], end = tile_starts[first_tile + tile_index + 1];
   // behind: what the splats behind and the background are worth, as the loss weighs colours (d_color . colour +
   // d_alpha).
-  REALV left_over[TILE_HEIGHT], behind[TILE_HEIGHT], d_red[TILE_HEIGHT], d_green[TILE_HEIGHT], d_blue[TILE_HEIGHT],
-      d_opaque[TILE_HEIGHT];
-  MASKV last[TILE_HEIGHT];
-  uint row_end[TILE_HEIGHT];
-  const uint begin = tile_starts[tile_index], end = tile_starts[tile_index + 1];
-  uint used_end = begin;
-  for (int row = 0; row < tile.rows; ++row) {
-    const long pixel = (long)(tile.top + row) * width + tile.left;
-    REALV d_rgb[3];
-    int16 place;
-    if (tile.columns == V) {
-      load_rows_of_3(d_color + pixel * 3, d_rgb);
-      d_opaque[row] = LOAD_VECTOR(0, d_alpha + pixel);
-      left_over[row] = LOAD_VECTOR(0, transmittance + pixel);
-      place = vload16(0, contributors + pixel);
-    } else {
-      REAL rest[V], r[V], g[V], b[V], o[V];
-      int places[V];
-      for (int column = 0; column < V; ++column) {
-        const int inside = column < tile.columns;
-        const long p = inside ? pixel + column : pixel;
-        rest[column] = transmittance[p];
-        r[column] = inside ? d_color[p * 3] : 0;
-        g[column] = inside ? d_color[p * 3 + 1] : 0;
-        b[column] = inside ? d_color[p * 3 + 2] : 0;
-        o[column] = inside ? d_alpha[p] : 0;
-        places[column] = inside ? contributors[p] : 0;
-      }
-      d_rgb[0] = LOAD_VECTOR(0, r);
-      d_rgb[1] = LOAD_VECTOR(0, g);
-      d_rgb[2] = LOAD_VECTOR(0, b);
-      d_opaque[row] = LOAD_VECTOR(0, o);
-      left_over[row] = LOAD_VECTOR(0, rest);
-      place = vload16(0, places);
-    }
-    d_red[row] = d_rgb[0];
-    d_green[row] = d_rgb[1];
-    d_blue[row] = d_rgb[2];
-#if REAL_IS_DOUBLE
-    last[row] = convert_long16(place);
-#else
-    last[row] = place;
-#endif
-    behind[row] = d_red[row] * background_red + d_green[row] * background_green + d_blue[row] * background_blue;
-    const int8 larger = max(place.lo, place.hi);
+  REALV left_over[BLOCKS], behind[BLOCKS], d_red[BLOCKS], d_green[BLOCKS], d_blue[BLOCKS], d_opaque[BLOCKS];
+  int16 last[BLOCKS];
+  for (int row = 0; row < TILE_SIZE; ++row) {
+    const PixelRow p = row_at(tile, row, transmittance, contributors, d_color, d_alpha, width);
+    row_to_blocks(p.left_over, left_over, row);
+    row_to_blocks(p.d_color[0], d_red, row);
+    row_to_blocks(p.d_color[1], d_green, row);
+    row_to_blocks(p.d_color[2], d_blue, row);
+    row_to_blocks(p.d_alpha, d_opaque, row);
+    int_row_to_blocks(p.last, last, row);
+  }
+  int block_ends[BLOCKS], used_end = begin;
+  for (int block = 0; block < BLOCKS; ++block) {
+    behind[block] = d_red[block] * background_red + d_green[block] * background_green + d_blue[block] * background_blue;
+    const int8 larger = max(last[block].lo, last[block].hi);
     const int4 largest = max(larger.lo, larger.hi);
-    row_end[row] = (uint)max(max(largest.x, largest.y), max(largest.z, largest.w));
-    used_end = max(used_end, row_end[row]);
+    block_ends[block] = max(max(largest.x, largest.y), max(largest.z, largest.w));
+    used_end = max(used_end, block_ends[block]);
   }
 
-  for (uint i = used_end; i < end; ++i) {
-    PREFETCH_WRITE(slots + (long)order[min(i + AHEAD, end - 1)] * SLOT_SIZE);
-    STORE_VECTOR((REALV)0, (long)order[i], slots);
-  }
-  for (uint i = used_end; i-- > begin;) {
-    const uint slot = order[i], slot_ahead = order[max(i, begin + AHEAD) - AHEAD];
-    PREFETCH(slot_splats + order[max(i, begin + 2 * AHEAD) - 2 * AHEAD]);
-    PREFETCH(record_at(records, slot_splats, slot_ahead));
-    PREFETCH_WRITE(slots + (long)slot_ahead * SLOT_SIZE);
-    global const REAL* record = record_at(records, slot_splats, slot);
-    const REAL splat_red = record[RECORD_COLOR], splat_green = record[RECORD_COLOR + 1],
-               splat_blue = record[RECORD_COLOR + 2];
-    TileSplat splat;
-    place_in_tile(record, tile, x, &splat);
-    const REALV scaled_x = x * record[RECORD_SHARPNESS_X], dx = x - (record[RECORD_U] - tile.left);
-    // The rows' sums of w, w dy, w dy^2 and of the colours, still apart by column.
-    REALV w = 0, wy = 0, wyy = 0, sum_red = 0, sum_green = 0, sum_blue = 0;
-    for (int row = splat.first; row <= splat.last; ++row) {
-      if (i >= row_end[row]) continue;
-      const REALV exponent = row_exponent(&splat, row, scaled_x);
-      const REALV plain = exp2_in_range(exponent);
-      REALV a = fmin(plain, ALPHA_MAX);
-      const MASKV taken = exponent >= LOG2_ALPHA_MIN && last[row] > (MASKV)(int)i;
+  for (int i = used_end; i < end; ++i) STORE_VECTOR((REALV)0, (long)entries[i].y, slots);
+  Batch batch;
+  prefetch_records(records, entries, max(used_end - BATCH, begin), used_end);
+  for (int stop = used_end; stop > begin; stop -= BATCH) {
+    const int start = max(stop - BATCH, begin);
+    prefetch_records(records, entries, max(start - BATCH, begin), start);
+    place_in_tile(records, entries, start, stop - start, tile, block_ends, &batch);
+    for (int k = stop - start; k-- > 0;) {
+      const int i = start + k;
+      PREFETCH_WRITE(slots + (long)entries[max(i - AHEAD, begin)].y * SLOT_SIZE);
+      // Sums over the blocks, still apart by pixel of the block.
+      REALV w = 0, ws = 0, wt = 0, wss = 0, wst = 0, wtt = 0, sum_red = 0, sum_green = 0, sum_blue = 0;
+      for (int blocks = batch.blocks[k]; blocks; blocks &= blocks - 1) {
+        const int block = 31 - clz(blocks & -blocks);
+        REALV s, t;
+        const REALV exponent = exponent_in_block(&batch, k, block, &s, &t);
+        const REALV plain = exp2_in_range(exponent);
+        REALV a = fmin(plain, ALPHA_MAX);
+        const MASKV taken = exponent >= LOG2_ALPHA_MIN && TO_MASKV(last[block] > i);
 #if SMOOTH_CUTOFF
-      const REALV slope = fade_slope(a);
-      a *= fade(a);
+        const REALV slope = fade_slope(a);
+        a *= fade(a);
 #endif
-      a = taken ? a : (REALV)0;
-      const REALV t = left_over[row] / (1 - a);
-      left_over[row] = t;
-      const REALV worth =
-          d_red[row] * splat_red + d_green[row] * splat_green + d_blue[row] * splat_blue + d_opaque[row];
-      const REALV gain = worth - behind[row];
-      behind[row] += a * gain;
-      const REALV weight = a * t;
-      sum_red += weight * d_red[row];
-      sum_green += weight * d_green[row];
-      sum_blue += weight * d_blue[row];
+        a = taken ? a : (REALV)0;
+        const REALV left = left_over[block] / (1 - a);
+        left_over[block] = left;
+        const REALV worth = d_red[block] * batch.red[k] + d_green[block] * batch.green[k] +
+                            d_blue[block] * batch.blue[k] + d_opaque[block];
+        const REALV gain = worth - behind[block];
+        behind[block] += a * gain;
+        const REALV weight = a * left;
+        sum_red += weight * d_red[block];
+        sum_green += weight * d_green[block];
+        sum_blue += weight * d_blue[block];
 #if SMOOTH_CUTOFF
-      const REALV by_exponent = taken ? slope * t : (REALV)0;
+        const REALV by_exponent = taken ? slope * left : (REALV)0;
 #else
-      const REALV by_exponent = weight;
+        const REALV by_exponent = weight;
 #endif
-      const REALV d_exponent = plain < ALPHA_MAX ? by_exponent * gain : (REALV)0;
-      w += d_exponent;
-      wy += d_exponent * splat.dy[row];
-      wyy += d_exponent * (splat.dy[row] * splat.dy[row]);
+        const REALV d_exponent = plain < ALPHA_MAX ? by_exponent * gain : (REALV)0;
+        const REALV by_s = d_exponent * s, by_t = d_exponent * t;
+        w += d_exponent;
+        ws += by_s;
+        wt += by_t;
+        wss += by_s * s;
+        wst += by_s * t;
+        wtt += by_t * t;
+      }
+      const REALV even = fold_pairs(fold_quarters(fold_halves(w, sum_blue), fold_halves(wst, 0)),
+                                    fold_quarters(fold_halves(wt, 0), fold_halves(sum_red, 0)));
+      const REALV odd = fold_pairs(fold_quarters(fold_halves(ws, 0), fold_halves(wtt, 0)),
+                                   fold_quarters(fold_halves(wss, 0), fold_halves(sum_green, 0)));
+      STORE_VECTOR(fold_neighbours(even, odd), (long)entries[i].y, slots);
     }
-    const REALV wx = w * dx, wxx = wx * dx, wxy = wy * dx;
-    const REALV even = fold_pairs(fold_quarters(fold_halves(w, sum_blue), fold_halves(wxy, 0)),
-                                  fold_quarters(fold_halves(wy, 0), fold_halves(sum_red, 0)));
-    const REALV odd = fold_pairs(fold_quarters(fold_halves(wx, 0), fold_halves(wyy, 0)),
-                                 fold_quarters(fold_halves(wxx, 0), fold_halves(sum_green, 0)));
-    STORE_VECTOR(fold_neighbours(even, odd), (long)slot, slots);
   }
 }

@@ -5,15 +5,11 @@
 namespace degas {
 namespace {
 
-/// A work-item takes `size` consecutive elements: few long chunks for CPU cores, many short ones for GPUs.
-struct Chunks {
-  uint32_t size, count;
-};
-
+/// Few long chunks for CPU cores, many short ones for GPUs.
 Chunks chunks_of(const Device& device, int64_t elements) {
-  constexpr int64_t wide_chunks = 16, wide_least = 1024, gpu_size = 256;
-  const int64_t size = device.is_wide() ? std::max((elements + wide_chunks - 1) / wide_chunks, wide_least) : gpu_size;
-  return {static_cast<uint32_t>(size), static_cast<uint32_t>((elements + size - 1) / size)};
+  if (device.is_wide()) return long_chunks(device, elements);
+  constexpr int64_t gpu_size = 256;
+  return {gpu_size, static_cast<uint32_t>((elements + gpu_size - 1) / gpu_size)};
 }
 
 int digit_bits(const Device& device) {
@@ -39,26 +35,35 @@ int64_t scan(const Tensor& values, const Tensor& block_sums, const Tensor& sums,
 
 }  // namespace
 
-SortedKeys radix_sort(const Tensor& keys, int64_t count, int bits) {
+Chunks long_chunks(const Device& device, int64_t elements) {
+  // Two a core, so that a core that is held up leaves the others something to do. More would only share the cache lines
+  // that two chunks write to.
+  constexpr int64_t least = 1024;
+  const int64_t wanted = 2 * std::max(1, device.description().compute_units);
+  const int64_t size = std::max((elements + wanted - 1) / wanted, least);
+  return {static_cast<uint32_t>(size), static_cast<uint32_t>(std::max<int64_t>(1, (elements + size - 1) / size))};
+}
+
+Tensor sorted_places(const Tensor& keys, int64_t count, int bits) {
   Device& device = keys.device();
-  const int per_pass = digit_bits(device);
   const auto n = static_cast<uint32_t>(count);
   const Chunks chunks = chunks_of(device, count);
   // Sizes follow the tensor's, not the count: they stay the same from view to view.
-  const int64_t table_size = int64_t{chunks_of(device, keys.size()).count} << per_pass;
+  const int64_t table_size = int64_t{chunks_of(device, keys.size()).count} << digit_bits(device);
   const Tensor table(device, {table_size}, Element::UInt32);
   const Tensor block_sums(device, {chunks_of(device, table_size).count + int64_t{1}}, Element::UInt64);
-  SortedKeys source{keys, Tensor()};
-  for (int shift = 0; shift < bits; shift += per_pass) {
-    const SortedKeys target{Tensor(device, keys.shape(), Element::UInt32),
-                            Tensor(device, keys.shape(), Element::UInt32)};
-    launch(device, "count_digits", chunks.count, source.keys, table, shift, chunks.size, chunks.count, n);
-    scan(table, block_sums, table, int64_t{chunks.count} << per_pass);
-    launch(device, "move_by_digit", chunks.count, source.keys, source.places, table, target.keys, target.places, shift,
-           chunks.size, chunks.count, n);
-    source = target;
+  const Tensor places(device, keys.shape(), Element::UInt32);
+  Tensor pairs;
+  for (int shift = 0; shift < bits; shift += digit_bits(device)) {
+    const Tensor moved =
+        shift + digit_bits(device) < bits ? Tensor(device, {keys.size(), 2}, Element::UInt32) : Tensor();
+    launch(device, "count_digits", chunks.count, keys, pairs, table, shift, chunks.size, chunks.count, n);
+    if (!device.is_wide()) scan(table, block_sums, table, int64_t{chunks.count} << digit_bits(device));
+    launch(device, "move_by_digit", chunks.count, keys, pairs, table, moved, places, shift, chunks.size, chunks.count,
+           n);
+    pairs = moved;
   }
-  return source;
+  return places;
 }
 
 Scan exclusive_scan(const Tensor& values) {

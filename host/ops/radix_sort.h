@@ -4,14 +4,10 @@
 
 namespace degas {
 
-struct SortedKeys {
-  Tensor keys;    ///< UInt32, ascending
-  Tensor places;  ///< UInt32: where in the input each key stood; equal keys keep their order
-};
-
-/// Sorts the first `count` of the keys (UInt32) by their lowest `bits` bits, stably. Outputs are as large as `keys`;
-/// what lies behind `count` is not defined. kernels/radix_sort.cl
-SortedKeys radix_sort(const Tensor& keys, int64_t count, int bits = 32);
+/// Where in the input the keys stand that come first, second, ... when the first `count` of them (UInt32) are sorted by
+/// their lowest `bits` bits; equal keys keep their order. UInt32, as large as `keys`; what lies behind `count` is not
+/// defined. kernels/radix_sort.cl
+Tensor sorted_places(const Tensor& keys, int64_t count, int bits = 32);
 
 /// Exclusive sums of UInt32 values, cut to 32 bits, and behind them the whole sum: `totals` is UInt64 and holds it at
 /// index `total_index`.
@@ -21,5 +17,12 @@ struct Scan {
   int64_t total_index;
 };
 Scan exclusive_scan(const Tensor& values);
+
+/// What a work-item takes of many elements, where items are to be few long ones for CPU cores: `size` consecutive
+/// elements each, `count` items, at least one.
+struct Chunks {
+  uint32_t size, count;
+};
+Chunks long_chunks(const Device& device, int64_t elements);
 
 }  // namespace degas

@@ -8,16 +8,22 @@ namespace degas {
 struct RasterImage {
   Tensor color, alpha;   ///< (H,W,3), (H,W)
   Tensor transmittance;  ///< (H,W): behind the last contributor
-  Tensor contributors;   ///< Int32 (H,W): place in Intersections::order of the last contributor, plus one
+  Tensor contributors;   ///< Int32 (H,W): place in Intersections::entries of the last contributor, plus one
 };
 
-/// kernels/raster_wide.cl and raster_gpu.cl: composites each tile's splats front to back over the background.
-RasterImage rasterize(const ProjectedSplats& projected, const Intersections& intersections, const Camera& camera,
-                      const std::array<double, 3>& background, const SplatOptions& options);
+/// kernels/raster_wide.cl and raster_gpu.cl: composites each tile's splats front to back over the background. An image
+/// a view.
+std::vector<RasterImage> rasterize(const ProjectedSplats& projected, const Intersections& intersections,
+                                   const SplatViews& views, const SplatOptions& options);
+
+/// A view's gradients, as RasterImage's fields.
+struct RasterGradient {
+  Tensor color, alpha;
+};
 
 /// Gradient slots (capacity,16), layout in kernels/common/splat.cl; written for the intersections that exist.
 Tensor rasterize_backward(const ProjectedSplats& projected, const Intersections& intersections,
-                          const RasterImage& image, const Tensor& color_gradient, const Tensor& alpha_gradient,
-                          const Camera& camera, const std::array<double, 3>& background, const SplatOptions& options);
+                          const std::vector<RasterImage>& images, const std::vector<RasterGradient>& gradients,
+                          const SplatViews& views, const SplatOptions& options);
 
 }  // namespace degas

@@ -20,15 +20,18 @@ void require_shape(const char* name, const Tensor& tensor, const Shape& expected
   }
 }
 
-void require_fitting(const Splats& splats, const Camera& camera) {
+void require_fitting(const Splats& splats, const std::vector<SplatView>& views) {
   const int64_t count = splats.positions.dim(0);
   require_shape("positions", splats.positions, {count, 3});
   require_shape("rotations", splats.rotations, {count, 4});
   require_shape("log_scales", splats.log_scales, {count, 3});
   require_shape("opacities", splats.opacities, {count});
   require_shape("colors", splats.colors, {count, 3});
-  if (camera.width <= 0 || camera.height <= 0) {
-    throw std::logic_error(fmt::format("[splat] image size {}x{}", camera.width, camera.height));
+  if (views.empty()) throw std::logic_error("[splat] no view to draw");
+  for (const auto& [camera, background] : views) {
+    if (camera.width <= 0 || camera.height <= 0) {
+      throw std::logic_error(fmt::format("[splat] image size {}x{}", camera.width, camera.height));
+    }
   }
 }
 
@@ -44,33 +47,48 @@ int64_t SplatWorkspace::reserve(int64_t intersections) {
   return capacity_;
 }
 
-SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& given, const Camera& camera,
-                 const std::array<double, 3>& background, const SplatOptions& options) {
-  require_fitting(given, camera);
+std::vector<SplatImage> splat(Tape& tape, SplatWorkspace& workspace, const Splats& given,
+                              const std::vector<SplatView>& given_views, const SplatOptions& options) {
+  require_fitting(given, given_views);
   Splats splats = given;
   if (given.harmonics.defined()) {
-    splats.colors = colors_seen_from(tape, camera.center(), given.positions, given.rotations, given.colors,
-                                     given.harmonics);
+    std::vector<Eigen::Vector3d> centers;
+    for (const SplatView& view : given_views) centers.push_back(view.camera.center());
+    splats.colors = colors_seen_from(tape, centers, given.positions, given.rotations, given.colors, given.harmonics);
   }
-  const ProjectedSplats projected = project_splats(splats, camera, options);
-  const Intersections intersections = intersect_tiles(workspace, projected, camera);
-  const RasterImage image = rasterize(projected, intersections, camera, background, options);
+  const SplatViews views = upload_views(tape.device(), given_views, options);
+  const ProjectedSplats projected = project_splats(workspace, splats, views, options);
+  const Intersections intersections = intersect_tiles(workspace, projected, views);
+  const std::vector<RasterImage> drawn = rasterize(projected, intersections, views, options);
+  std::vector<SplatImage> images;
+  std::vector<Tensor> outputs;
+  for (const RasterImage& image : drawn) {
+    images.push_back({image.color, image.alpha});
+    outputs.insert(outputs.end(), {image.color, image.alpha});
+  }
   tape.record("splat", {splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.colors},
-              {image.color, image.alpha}, [=](Tape& tape) {
-                const Tensor slots =
-                    rasterize_backward(projected, intersections, image, tape.gradient_or_zeros(image.color),
-                                       tape.gradient_or_zeros(image.alpha), camera, background, options);
-                const Splats gradients{wanted_gradient(splats.positions), wanted_gradient(splats.rotations),
+              outputs, [=](Tape& tape) {
+                std::vector<RasterGradient> wanted;
+                for (const RasterImage& image : drawn) {
+                  wanted.push_back({tape.gradient_or_zeros(image.color), tape.gradient_or_zeros(image.alpha)});
+                }
+                const Tensor slots = rasterize_backward(projected, intersections, drawn, wanted, views, options);
+                const Splats gradients{wanted_gradient(splats.positions),  wanted_gradient(splats.rotations),
                                        wanted_gradient(splats.log_scales), wanted_gradient(splats.opacities),
-                                       wanted_gradient(splats.colors), {}};
-                project_splats_backward(splats, intersections, slots, camera, options, gradients);
+                                       wanted_gradient(splats.colors),     {}};
+                project_splats_backward(splats, intersections, slots, views, options, gradients);
                 tape.accumulate(splats.positions, gradients.positions);
                 tape.accumulate(splats.rotations, gradients.rotations);
                 tape.accumulate(splats.log_scales, gradients.log_scales);
                 tape.accumulate(splats.opacities, gradients.opacities);
                 tape.accumulate(splats.colors, gradients.colors);
               });
-  return {image.color, image.alpha};
+  return images;
+}
+
+SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& splats, const Camera& camera,
+                 const std::array<double, 3>& background, const SplatOptions& options) {
+  return splat(tape, workspace, splats, {{camera, background}}, options).front();
 }
 
 }  // namespace degas

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <vector>
 
 #include "host/autograd/tape.h"
 #include "host/ops/camera.h"
@@ -34,6 +36,11 @@ struct SplatImage {
   Tensor alpha;  ///< (H,W), accumulated
 };
 
+struct SplatView {
+  Camera camera;
+  std::array<double, 3> background = {0, 0, 0};
+};
+
 /// What is kept from view to view: room for the intersections of splats and tiles. It grows by half more than needed,
 /// so that training allocates nothing once the largest view has been near. One per trainer; any number of tapes may use
 /// it.
@@ -42,9 +49,12 @@ class SplatWorkspace {
   int64_t capacity() const { return capacity_; }
   /// At least `intersections`, rounded up generously; never shrinks.
   int64_t reserve(int64_t intersections);
+  /// The most ever asked for: fewer views at once, as validation draws them, then find memory of the sizes they use.
+  int64_t reserve_projections(int64_t count) { return projections_ = std::max(projections_, count); }
+  int64_t reserve_tiles(int64_t count) { return tiles_ = std::max(tiles_, count); }
 
  private:
-  int64_t capacity_ = 0;
+  int64_t capacity_ = 0, projections_ = 0, tiles_ = 0;
 };
 
 /// Draws the splats front to back in the order (depth, index) by EWA splatting (Zwicker et al. 2001; Kerbl et al.
@@ -52,8 +62,12 @@ class SplatWorkspace {
 /// The Jacobian of the perspective is taken at x/z and y/z clamped to the image's edges plus 15 % of its size; splats
 /// whose centre lies beyond are drawn about their true centre with the shape, and so the long axis, of the clamped
 /// place: exact for an axis parallel to the image; one that also runs in depth turns towards what it would be at the
-/// limit. Gradients go to every field of `splats` that requires one, bit-reproducibly. One read-back of 8 bytes a view
-/// (the number of intersections, to size the launches); throws Error when a view has more than 2^31 - 1 of them.
+/// limit. Gradients go to every field of `splats` that requires one, bit-reproducibly. An image a view; views drawn
+/// together cost fewer launches, and one read-back of some bytes (the number of intersections, to size what follows).
+/// Throws Error when the views have more than 2^31 - 1 intersections in all.
+std::vector<SplatImage> splat(Tape& tape, SplatWorkspace& workspace, const Splats& splats,
+                              const std::vector<SplatView>& views, const SplatOptions& options = {});
+/// The same of one view.
 SplatImage splat(Tape& tape, SplatWorkspace& workspace, const Splats& splats, const Camera& camera,
                  const std::array<double, 3>& background, const SplatOptions& options = {});
 

@@ -127,3 +127,31 @@ inline void scatter_rows(const REALV* columns, global REAL* target, const long f
     store_rows_of_4(columns[0], columns[1], columns[2], columns[3], target + first * 4);
   }
 }
+
+#if V == 16
+// Row i, lane j <-> row j, lane i. Each round moves one bit of the row's number into the lane's.
+inline void transpose_16(REALV rows[16]) {
+  for (int round = 0; round < 4; ++round) {
+    REALV merged[16];
+    for (int i = 0; i < 8; ++i) {
+      merged[2 * i] = MERGE_LOW(rows[i], rows[i + 8]);
+      merged[2 * i + 1] = MERGE_HIGH(rows[i], rows[i + 8]);
+    }
+    for (int i = 0; i < 16; ++i) rows[i] = merged[i];
+  }
+}
+#endif
+
+// rows[16 i + k] = columns[k], lane i; the columns are used up.
+inline void scatter_rows_of_16(REALV columns[16], global REAL* rows, const int lanes) {
+#if V == 1
+  for (int k = 0; k < 16; ++k) rows[k] = columns[k];
+#else
+  transpose_16(columns);
+  if (lanes == V) {
+    for (int lane = 0; lane < V; ++lane) STORE_VECTOR(columns[lane], lane, rows);
+  } else {
+    for (int lane = 0; lane < lanes; ++lane) STORE_VECTOR(columns[lane], lane, rows);
+  }
+#endif
+}

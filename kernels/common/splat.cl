@@ -11,10 +11,11 @@
 #define LOG2_E ((REAL)1.44269504088896341)
 
 // Record of a projected splat, RECORD_SIZE REALs (one cache line of floats). With d = pixel centre - (u, v):
-//   log2(alpha) = LOG2_OPACITY - (SHARPNESS_X (d.x - SLOPE d.y))^2 - SHARPNESS_Y d.y^2,
+//   log2(alpha) = LOG2_OPACITY - s^2 - t^2, s = SHARPNESS_X (d.x - SLOPE d.y), t = SHARPNESS_Y d.y,
 // the Gaussian factored into its row's conditional Gaussian times the marginal of y: a sum of squares, never positive.
 // WIDTH and HEIGHT are half the box of alpha >= ALPHA_MIN; TILT is d.y where its right-most point lies.
-// WIDTH < 0 marks a culled splat, whose other fields mean nothing.
+// A block of 4x4 pixels whose centre lies at (s, t) has a pixel of alpha >= ALPHA_MIN only if |s| <= BLOCK_REACH and
+// s^2 + t^2 <= BLOCK_RADIUS^2. WIDTH < 0 marks a culled splat, whose other fields mean nothing.
 #define RECORD_SIZE 16
 #define RECORD_U 0
 #define RECORD_V 1
@@ -26,9 +27,12 @@
 #define RECORD_HEIGHT 7
 #define RECORD_TILT 8
 #define RECORD_COLOR 9
+#define RECORD_BLOCK_REACH 12
+#define RECORD_BLOCK_RADIUS 13
+#define RECORD_USED 14
 
 // Gradient slot of a (tile, splat) intersection, SLOT_SIZE REALs, and of a splat once its slots are summed. With
-// w = dL / d ln(alpha) of a pixel, summed over pixels: w, w dx, w dy, w dx^2, w dx dy, w dy^2, then dL / d colour.
+// w = dL / d ln(alpha) of a pixel, summed over pixels: w, w s, w t, w s^2, w s t, w t^2, then dL / d colour.
 #define SLOT_SIZE 16
 #define SLOT_USED 9
 

@@ -27,7 +27,7 @@ std::vector<float> harmonics_seen(Tape& tape, const Tensor& directions, const Te
                                   const Tensor& harmonics) {
   const Tensor black = Tensor::zeros(tape.device(), directions.shape());
   const auto seen = [&](const Tensor& signed_harmonics) {
-    return colors_seen_from(tape, Eigen::Vector3d::Zero(), directions, rotations, black, signed_harmonics)
+    return colors_seen_from(tape, {Eigen::Vector3d::Zero()}, directions, rotations, black, signed_harmonics)
         .to_host<float>();
   };
   std::vector<float> colors = seen(harmonics);

@@ -120,8 +120,10 @@ Splats Trainer::posed_splats(Tape& tape, const Avatar::Signal& signal, const Can
                       correction == corrections_.end() ? signal.body : correction->second.apply(tape, signal.body));
 }
 
-SplatImage Trainer::draw(Tape& tape, const Splats& splats, const TrainingPicture& picture) {
-  return splat(tape, workspace_, splats, picture.view, picture.background, splat_options(config_.render));
+std::vector<SplatImage> Trainer::draw(Tape& tape, const Splats& splats, const std::vector<TrainingPicture>& pictures) {
+  std::vector<SplatView> views;
+  for (const TrainingPicture& picture : pictures) views.push_back({picture.view, picture.background});
+  return splat(tape, workspace_, splats, views, splat_options(config_.render));
 }
 
 Trainer::Step Trainer::forward(Tape& tape, const LoadedStep& loaded) {
@@ -134,10 +136,11 @@ Trainer::Step Trainer::forward(Tape& tape, const LoadedStep& loaded) {
   device_.set_stage({"pose"});
   const Splats splats = posed_splats(tape, signal, gaussians, loaded.request.frame);
   device_.set_stage({"splat"});
+  const std::vector<SplatImage> images = draw(tape, splats, prepared.pictures);
   std::vector<LossView> views;
-  for (const TrainingPicture& picture : prepared.pictures) {
-    views.push_back(
-        {draw(tape, splats, picture).color, target_of(device_, picture), picture.region, picture.background});
+  for (size_t k = 0; k < images.size(); ++k) {
+    const TrainingPicture& picture = prepared.pictures[k];
+    views.push_back({images[k].color, target_of(device_, picture), picture.region, picture.background});
   }
   device_.set_stage({"losses"});
   const LossMaps maps{gaussians.offsets, gaussians.log_scales, gaussians.opacity_logits, decoded.divergence};
@@ -165,9 +168,9 @@ double Trainer::validation_psnr() {
     Tape tape(device_, false);
     const Avatar::Signal signal =
         avatar_.upload(avatar_.signal(capture_, view.frame, validation_codes_.mean(view.frame)));
-    const SplatImage image =
-        draw(tape, posed_splats(tape, signal, avatar_.decode(tape, signal).gaussians, view.frame), picture);
-    total += psnr(image.color.to_host<float>(), target_of(device_, picture).to_host<float>());
+    const Splats splats = posed_splats(tape, signal, avatar_.decode(tape, signal).gaussians, view.frame);
+    const Tensor image = draw(tape, splats, {picture}).front().color;
+    total += psnr(image.to_host<float>(), target_of(device_, picture).to_host<float>());
   }
   device_.set_stage({});
   return total / static_cast<double>(count);

@@ -62,7 +62,7 @@ class Trainer {
   /// Up to the loss. What only the tape still needs is held by it alone, so that it goes back to the pool on the way.
   Step forward(Tape& tape, const LoadedStep& loaded);
   Splats posed_splats(Tape& tape, const Avatar::Signal& signal, const CanonicalGaussians& gaussians, int frame) const;
-  SplatImage draw(Tape& tape, const Splats& splats, const TrainingPicture& picture);
+  std::vector<SplatImage> draw(Tape& tape, const Splats& splats, const std::vector<TrainingPicture>& pictures);
   double learning_rate_factor(double fraction) const;
   double validation_psnr();
   /// Throws the Error of steps that fail in a row.

@@ -27,7 +27,7 @@ struct Scene {
         harmonics(random_tensor(device, {count, harmonic_coefficients(degree), 3}, 3, -0.5, 0.5)) {}
 
   Tensor seen(Tape& tape) const {
-    return colors_seen_from(tape, camera_center, positions, rotations, base_colors, harmonics);
+    return colors_seen_from(tape, {camera_center}, positions, rotations, base_colors, harmonics);
   }
 
   /// By the Legendre functions of the standard library.
@@ -69,7 +69,7 @@ TEST_CASE("gradients of seen colours pass finite differences") {
     input->set_requires_gradient();
   }
   const auto function = [](Tape& tape, const std::vector<Tensor>& in) {
-    return std::vector{colors_seen_from(tape, camera_center, in[0], in[1], in[2], in[3])};
+    return std::vector{colors_seen_from(tape, {camera_center}, in[0], in[1], in[2], in[3])};
   };
   CHECK(gradient_check(device, function, {scene.positions, scene.rotations, scene.base_colors, scene.harmonics},
                        {1e-6, 200, 1}) < 1e-6);
@@ -95,7 +95,7 @@ TEST_CASE("splatting draws Gaussians in the colours that its camera sees, and di
   Tape tape(device, false);
   SplatScene seen = scene;
   seen.colors =
-      colors_seen_from(tape, camera.center(), splats.positions, splats.rotations, splats.colors, splats.harmonics)
+      colors_seen_from(tape, {camera.center()}, splats.positions, splats.rotations, splats.colors, splats.harmonics)
           .to_host<double>();
   const ReferenceImage expected = reference_render(seen, camera, {0.2, 0.5, 0.9}, options);
   const Tensor ours = draw(tape, {splats.positions, splats.rotations, splats.colors, splats.harmonics})[0];
@@ -115,7 +115,7 @@ TEST_CASE("places without a direction and numbers that are none stay where they 
   }
   Tape tape(device);
   const Tensor colors =
-      colors_seen_from(tape, center, scene.positions, scene.rotations, scene.base_colors, scene.harmonics);
+      colors_seen_from(tape, {center}, scene.positions, scene.rotations, scene.base_colors, scene.harmonics);
   tape.backward(sum(tape, colors));
   const std::vector<double> seen = colors.to_host<double>(), base = scene.base_colors.to_host<double>();
   CHECK(std::isnan(seen[3]));

@@ -20,7 +20,8 @@ std::set<int> tiles_reached(const double* record, const Camera& camera, int colu
   for (int row = 0; row < camera.height; ++row) {
     for (int column = 0; column < camera.width; ++column) {
       const double dx = column + 0.5 - record[0], dy = row + 0.5 - record[1], s = record[2] * (dx - record[3] * dy);
-      if (record[5] - s * s - record[4] * dy * dy >= std::log2(1.0 / 255)) {
+      const double t = record[4] * dy;
+      if (record[5] - s * s - t * t >= std::log2(1.0 / 255)) {
         tiles.insert(row / splat_tile_height * columns + column / splat_tile_width);
       }
     }
@@ -35,32 +36,41 @@ TEST_CASE("every tile that a splat reaches is listed, few others, all front to b
   const Camera camera = test_camera(150, 83);
   SplatScene scene = random_scene(300, 8);
   scene.add({0, 0, 3}, {1, 0.1, 0.2, 0.9}, {1, -7, -7}, 0.9, {1, 1, 1});  // a needle across the image
+  scene.add({0, 0, 5}, {1, 0.1, 0.2, 0.9}, {2, 1, 1}, 0.9, {1, 1, 1});    // more tiles than a box holds
   SplatWorkspace workspace;
-  const ProjectedSplats projected = project_splats(scene.upload(device), camera, {});
-  const Intersections found = intersect_tiles(workspace, projected, camera);
+  // The second view has another size: its splats and tiles are numbered behind those of the first.
+  const SplatViews views = upload_views(device, {{camera}, {test_camera(67, 131)}}, {});
+  const ProjectedSplats projected = project_splats(workspace, scene.upload(device), views, {});
+  const Intersections found = intersect_tiles(workspace, projected, views);
   const std::vector<double> records = projected.records.to_host<double>();
-  const auto counts = found.slot_counts.to_host<int32_t>(), offsets = found.slot_offsets.to_host<int32_t>(),
-             owners = found.slot_splats.to_host<int32_t>(), order = found.order.to_host<int32_t>(),
+  const auto slots_of = found.slots_of.to_host<int32_t>(), entries = found.entries.to_host<int32_t>(),
              starts = found.tile_starts.to_host<int32_t>(), depths = projected.depth_keys.to_host<int32_t>();
 
-  std::vector<std::set<int>> listed(scene.count());
+  const int64_t projections = 2 * scene.count();
+  std::vector<std::set<int>> listed(projections);
+  std::set<int> slots;
   CHECK(starts.front() == 0);
   REQUIRE(starts.back() == found.count);
-  for (int tile = 0; tile < found.columns * found.rows; ++tile) {
+  for (int tile = 0; tile < views.tiles(); ++tile) {
     for (int i = starts[tile]; i < starts[tile + 1]; ++i) {
-      const int slot = order[i], splat = owners[slot];
-      CHECK(listed[splat].insert(tile).second);
-      CHECK((slot >= offsets[splat] && slot < offsets[splat] + counts[splat]));
+      const int splat = entries[2 * i], slot = entries[2 * i + 1];
+      const int view = splat / static_cast<int>(scene.count());
+      CHECK((tile >= views.first_tiles[view] && tile < views.first_tiles[view + 1]));
+      CHECK(listed[splat].insert(tile - views.first_tiles[view]).second);
+      CHECK(slots.insert(slot).second);
+      CHECK((slot >= slots_of[2 * splat] && slot < slots_of[2 * splat] + slots_of[2 * splat + 1]));
       if (i > starts[tile]) {
-        const int before = owners[order[i - 1]];
+        const int before = entries[2 * i - 2];
         CHECK(std::pair(depths[before], before) < std::pair(depths[splat], splat));
       }
     }
   }
+  CHECK(static_cast<int64_t>(slots.size()) == found.count);
   int64_t needed = 0;
-  for (int64_t n = 0; n < scene.count(); ++n) {
-    CHECK(static_cast<int>(listed[n].size()) == counts[n]);
-    const std::set<int> reached = tiles_reached(&records[16 * n], camera, found.columns);
+  for (int64_t n = 0; n < projections; ++n) {
+    const int64_t view = n / scene.count();
+    CHECK(static_cast<int>(listed[n].size()) == slots_of[2 * n + 1]);
+    const std::set<int> reached = tiles_reached(&records[16 * n], views.views[view].camera, views.columns(view));
     needed += static_cast<int64_t>(reached.size());
     CHECK(std::includes(listed[n].begin(), listed[n].end(), reached.begin(), reached.end()));
   }
@@ -69,12 +79,15 @@ TEST_CASE("every tile that a splat reaches is listed, few others, all front to b
 
 TEST_CASE("more intersections than 2^31 - 1 are refused with a clear error") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const SplatViews views = upload_views(device, {{test_camera(640, 480)}}, {});
   Tensor counts(device, {2500}, Element::UInt32);
   counts.upload(std::span<const int32_t>(std::vector<int32_t>(2500, 1000000)));
   const Scan scan = exclusive_scan(counts);
-  CHECK_THROWS_AS(checked_intersection_count(scan.totals, scan.total_index, test_camera(640, 480)), Error);
-  CHECK_THROWS_WITH(checked_intersection_count(scan.totals, scan.total_index, test_camera(640, 480)),
-                    Catch::Contains("640x480") && Catch::Contains("2500000000"));
+  uint64_t total = 0;
+  device.download(scan.totals.memory(), &total, sizeof(total), scan.total_index * sizeof(total));
+  CHECK_NOTHROW(require_countable(2147483647, views));
+  CHECK_THROWS_AS(require_countable(total, views), Error);
+  CHECK_THROWS_WITH(require_countable(total, views), Catch::Contains("640x480") && Catch::Contains("2500000000"));
 }
 
 TEST_CASE("the workspace grows with slack and never shrinks") {

@@ -204,3 +204,44 @@ TEST_CASE("two runs give equal bits and the second allocates nothing") {
   CHECK(run() == first);
   CHECK(device.memory_statistics().device_allocations == allocations);
 }
+
+TEST_CASE("views drawn together are the views drawn alone, and their gradients the sum") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
+  const bool with_harmonics = GENERATE(false, true);
+  const std::vector<SplatView> views = {
+      {test_camera(37, 29), background}, {plain_camera(), {0.9, 0.1, 0.4}}, {test_camera(16, 50), {0, 0, 1}}};
+  const SplatScene scene = random_scene(45, 9);
+  const Tensor harmonics = random_tensor(device, {45, 3, 3}, 4, -0.3, 0.3);
+  const auto gradients_of = [&](const std::vector<std::vector<SplatView>>& groups, std::vector<double>& pixels) {
+    SplatWorkspace workspace;
+    Splats splats = scene.upload(device);
+    if (with_harmonics)
+      splats.harmonics = Tensor::from(device, harmonics.shape(), std::span<const double>(harmonics.to_host<double>()))
+                             .set_requires_gradient();
+    Tape tape(device);
+    Tensor total;
+    unsigned seed = 1;
+    for (const auto& group : groups) {
+      for (const SplatImage& image : splat(tape, workspace, splats, group)) {
+        const std::vector<double> values = image.color.to_host<double>();
+        pixels.insert(pixels.end(), values.begin(), values.end());
+        const Tensor weights = random_tensor(device, image.color.shape(), seed++);
+        const Tensor term = add(tape, sum(tape, multiply(tape, image.color, weights)), mean(tape, image.alpha));
+        total = total.defined() ? add(tape, total, term) : term;
+      }
+    }
+    tape.backward(total);
+    std::vector<std::vector<double>> gradients;
+    std::vector<Tensor> fields = {splats.positions, splats.rotations, splats.log_scales, splats.opacities,
+                                  splats.colors};
+    if (with_harmonics) fields.push_back(splats.harmonics);
+    for (const Tensor& field : fields) gradients.push_back(field.gradient().to_host<double>());
+    return gradients;
+  };
+  std::vector<double> together, alone;
+  const auto sums = gradients_of({views}, together),
+             expected = gradients_of({{views[0]}, {views[1]}, {views[2]}}, alone);
+  CHECK(together == alone);
+  REQUIRE(sums.size() == expected.size());
+  for (size_t f = 0; f < sums.size(); ++f) CHECK(largest_difference(sums[f], expected[f]) < 1e-12);
+}

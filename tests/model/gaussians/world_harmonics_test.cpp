@@ -20,7 +20,7 @@ TEST_CASE("harmonics in the world's axes show what those in the Gaussians' axes 
   for (const Eigen::Vector3d& center :
        {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(3, -2, 9), Eigen::Vector3d(0, 8, 1)}) {
     const std::vector<double> seen =
-        colors_seen_from(tape, center, splats.positions, splats.rotations, splats.colors, splats.harmonics)
+        colors_seen_from(tape, {center}, splats.positions, splats.rotations, splats.colors, splats.harmonics)
             .to_host<double>();
     double largest = 0;
     for (size_t n = 0; n < 23; ++n) {

@@ -1,0 +1,9 @@
+// A camera as the kernels see it, filled by host/ops/splat_views.cpp. Several views of the same splats are drawn
+// together: splat n of view k is number k N + n, and the views' tiles are numbered through.
+typedef struct {
+  REAL rotation[9], translation[3];
+  REAL fx, fy, cx, cy;
+  REAL left, right, top, bottom;  // limits of x/z and y/z where the Jacobian is taken
+  REAL near_plane, blur;
+  int width, height, grid_columns, first_tile;
+} View;
