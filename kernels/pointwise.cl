@@ -7,16 +7,10 @@
   const long i = get_global_id(0);      \
   if (i * V >= count) return
 
-// output = a + b
+// output = a + b; output may be a
 kernel void add(global const REAL* a, global const REAL* b, global REAL* output, const long count) {
   INDEX_OR_RETURN;
   STORE_VECTOR(LOAD_VECTOR(i, a) + LOAD_VECTOR(i, b), i, output);
-}
-
-// target += source
-kernel void add_in_place(global REAL* target, global const REAL* source, const long count) {
-  INDEX_OR_RETURN;
-  STORE_VECTOR(LOAD_VECTOR(i, target) + LOAD_VECTOR(i, source), i, target);
 }
 
 // output = a * b; serves as its own gradient: da = doutput * b

@@ -4,35 +4,34 @@
 #include <cmath>
 #include <random>
 
-#include "host/ops/pointwise.h"
-#include "host/ops/reduction.h"
-
 namespace degas {
 namespace {
 
-/// sum_i weights_i . output_i, the weights drawn once.
-class WeightedSum {
- public:
-  WeightedSum(Device& device, const std::vector<Tensor>& outputs, std::mt19937& random) {
-    std::uniform_real_distribution<double> uniform(-1, 1);
-    for (const Tensor& output : outputs) {
-      std::vector<double> values(output.size());
-      for (double& value : values) value = uniform(random);
-      weights_.push_back(Tensor::from(device, output.shape(), std::span<const double>(values)));
-    }
-  }
-  Tensor operator()(Tape& tape, const std::vector<Tensor>& outputs) const {
-    Tensor total;
-    for (size_t i = 0; i < outputs.size(); ++i) {
-      const Tensor term = sum(tape, multiply(tape, outputs[i], weights_[i]));
-      total = total.defined() ? add(tape, total, term) : term;
-    }
-    return total;
-  }
+using Values = std::vector<std::vector<double>>;
 
- private:
-  std::vector<Tensor> weights_;
-};
+Values random_like(const std::vector<Tensor>& tensors, std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  Values drawn;
+  for (const Tensor& tensor : tensors) {
+    for (double& value : drawn.emplace_back(tensor.size())) value = uniform(random);
+  }
+  return drawn;
+}
+
+Values to_host(const std::vector<Tensor>& tensors) {
+  Values values;
+  for (const Tensor& tensor : tensors) values.push_back(tensor.to_host<double>());
+  return values;
+}
+
+/// sum_i weights_i . (a_i - b_i): element by element, so that what a and b have in common takes no digits away.
+double weighted_difference(const Values& weights, const Values& a, const Values& b) {
+  double total = 0;
+  for (size_t i = 0; i < weights.size(); ++i) {
+    for (size_t k = 0; k < weights[i].size(); ++k) total += weights[i][k] * (a[i][k] - b[i][k]);
+  }
+  return total;
+}
 
 }  // namespace
 
@@ -42,12 +41,17 @@ double gradient_check(Device& device, const DifferentiableFunction& function, co
   Tape tape(device);
   for (Tensor input : inputs) input.clear_gradient();
   const std::vector<Tensor> outputs = function(tape, inputs);
-  const WeightedSum weighted_sum(device, outputs, random);
-  tape.backward(weighted_sum(tape, outputs));
+  // The gradient of a weighted sum of the outputs begins with its weights.
+  const Values weights = random_like(outputs, random);
+  std::vector<Tensor> gradients;
+  for (size_t i = 0; i < outputs.size(); ++i) {
+    gradients.push_back(Tensor::from(device, outputs[i].shape(), std::span<const double>(weights[i])));
+  }
+  tape.backward(outputs, std::move(gradients));
 
   const auto evaluate = [&] {
     Tape forward_only(device, false);
-    return weighted_sum(forward_only, function(forward_only, inputs)).to_host<double>()[0];
+    return to_host(function(forward_only, inputs));
   };
   double worst = 0;
   for (Tensor input : inputs) {
@@ -65,12 +69,12 @@ double gradient_check(Device& device, const DifferentiableFunction& function, co
       const double kept = values[i];
       values[i] = kept + options.step;
       input.upload(std::span<const double>(values));
-      const double above = evaluate();
+      const Values above = evaluate();
       values[i] = kept - options.step;
       input.upload(std::span<const double>(values));
-      const double below = evaluate();
+      const Values below = evaluate();
       values[i] = kept;
-      numeric.push_back((above - below) / (2 * options.step));
+      numeric.push_back(weighted_difference(weights, above, below) / (2 * options.step));
       largest = std::max(largest, std::abs(numeric.back()));
     }
     input.upload(std::span<const double>(values));

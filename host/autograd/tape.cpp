@@ -5,9 +5,21 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "host/ops/pointwise.h"
-
 namespace degas {
+namespace {
+
+/// sum = a + b; sum may be a. Launched from here, because operators stand on the tape and not the tape on operators.
+void add_into(const Tensor& sum, const Tensor& a, const Tensor& b) {
+  if (a.size() != b.size()) {
+    throw std::logic_error(
+        fmt::format("[tape] gradient of shape {} for shape {}", to_string(b.shape()), to_string(a.shape())));
+  }
+  Device& device = sum.device();
+  device.kernel("pointwise", "add")
+      .launch(device.pointwise_global(sum.size()), device.pointwise_local(), a, b, sum, sum.size());
+}
+
+}  // namespace
 
 bool Tape::needs_gradient(const std::vector<Tensor>& inputs) const {
   return recording_ && std::any_of(inputs.begin(), inputs.end(), [](const Tensor& t) { return t.requires_gradient(); });
@@ -32,10 +44,11 @@ void Tape::accumulate(const Tensor& target, const Tensor& contribution) {
   if (!target.has_gradient()) {
     Tensor(target).set_gradient(contribution);
   } else if (target.gradient_is_shared()) {
-    Tape silent(device_, false);
-    Tensor(target).set_gradient(add(silent, target.gradient(), contribution));
+    const Tensor sum(device_, target.shape());
+    add_into(sum, target.gradient(), contribution);
+    Tensor(target).set_gradient(sum);
   } else {
-    add_in_place(target.gradient(), contribution);
+    add_into(target.gradient(), target.gradient(), contribution);
   }
 }
 
@@ -56,6 +69,16 @@ void Tape::backward(const Tensor& loss) {
   }
   const double one = 1;
   Tensor(loss).set_gradient(Tensor::from(device_, loss.shape(), std::span<const double>(&one, 1)));
+  walk_back();
+}
+
+void Tape::backward(const std::vector<Tensor>& outputs, std::vector<Tensor> gradients) {
+  for (size_t i = 0; i < outputs.size(); ++i) accumulate(outputs[i], gradients.at(i));
+  gradients.clear();  // held here, they would count as shared and be copied before every write
+  walk_back();
+}
+
+void Tape::walk_back() {
   while (!steps_.empty()) {
     // Popping as we go gives each step's tensors back to the pool while the walk continues.
     Step step = std::move(steps_.back());

@@ -43,6 +43,8 @@ class Tape {
   /// loss: one element. Gradients of leaves add to what they hold already; those of intermediate tensors are given
   /// back to the pool as soon as they are used, and the tape is empty afterwards.
   void backward(const Tensor& loss);
+  /// The same from any tensors of this tape and their gradients, of the same shapes.
+  void backward(const std::vector<Tensor>& outputs, std::vector<Tensor> gradients);
 
   size_t length() const { return steps_.size(); }
 
@@ -53,6 +55,7 @@ class Tape {
     std::vector<Tensor> outputs;
     std::function<void(Tape&)> backward;
   };
+  void walk_back();
   Device& device_;
   bool recording_;
   std::vector<Step> steps_;

@@ -46,6 +46,8 @@ class Tensor {
   size_t bytes() const;
   /// Throws std::logic_error for a tensor without_values.
   const Memory& memory() const;
+  /// The same, null for an undefined tensor: how a kernel sees an optional buffer that is absent.
+  const Memory* device_memory() const { return defined() ? &memory() : nullptr; }
 
   /// The same memory and gradient under another shape of the same size.
   Tensor reshaped(Shape shape) const;

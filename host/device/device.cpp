@@ -1,12 +1,8 @@
 #include "host/device/device.h"
 
-#include <algorithm>
-#include <cctype>
-#include <cstring>
 #include <deque>
 #include <unordered_map>
 
-#include "host/autograd/tensor.h"
 #include "host/device/program.h"
 #include "host/error.h"
 
@@ -21,92 +17,6 @@ void check(cl_int status, const char* what) {
         status);
   }
   throw std::logic_error(fmt::format("[{}] OpenCL status {}", what, status));
-}
-
-template <typename Value>
-Value device_value(cl_device_id device, cl_device_info key) {
-  Value value{};
-  clGetDeviceInfo(device, key, sizeof(value), &value, nullptr);
-  return value;
-}
-
-template <typename Query>
-std::string text_of(Query query) {
-  size_t bytes = 0;
-  query(0, nullptr, &bytes);
-  std::string text(bytes, '\0');
-  query(bytes, text.data(), nullptr);
-  while (!text.empty() && (text.back() == '\0' || text.back() == ' ')) text.pop_back();
-  return text;
-}
-
-std::string device_text(cl_device_id device, cl_device_info key) {
-  return text_of([&](size_t n, void* data, size_t* needed) { clGetDeviceInfo(device, key, n, data, needed); });
-}
-
-struct Found {
-  cl_device_id id;
-  DeviceDescription description;
-};
-
-std::vector<Found> find_devices() {
-  cl_uint platform_count = 0;
-  if (clGetPlatformIDs(0, nullptr, &platform_count) != CL_SUCCESS) return {};
-  std::vector<cl_platform_id> platforms(platform_count);
-  clGetPlatformIDs(platform_count, platforms.data(), nullptr);
-  std::vector<Found> found;
-  for (cl_platform_id platform : platforms) {
-    cl_uint count = 0;
-    if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS) continue;
-    std::vector<cl_device_id> ids(count);
-    clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, ids.data(), nullptr);
-    for (cl_device_id id : ids) {
-      DeviceDescription d;
-      d.index = static_cast<int>(found.size());
-      d.name = device_text(id, CL_DEVICE_NAME);
-      d.platform = text_of([&](size_t n, void* data, size_t* needed) {
-        clGetPlatformInfo(platform, CL_PLATFORM_NAME, n, data, needed);
-      });
-      d.version = device_text(id, CL_DEVICE_VERSION);
-      d.driver = device_text(id, CL_DRIVER_VERSION);
-      d.is_cpu = device_value<cl_device_type>(id, CL_DEVICE_TYPE) & CL_DEVICE_TYPE_CPU;
-      d.has_double = device_text(id, CL_DEVICE_EXTENSIONS).find("cl_khr_fp64") != std::string::npos;
-      d.compute_units = static_cast<int>(device_value<cl_uint>(id, CL_DEVICE_MAX_COMPUTE_UNITS));
-      d.global_bytes = device_value<cl_ulong>(id, CL_DEVICE_GLOBAL_MEM_SIZE);
-      d.largest_buffer_bytes = device_value<cl_ulong>(id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
-      d.local_bytes = device_value<cl_ulong>(id, CL_DEVICE_LOCAL_MEM_SIZE);
-      d.largest_work_group = device_value<size_t>(id, CL_DEVICE_MAX_WORK_GROUP_SIZE);
-      found.push_back({id, d});
-    }
-  }
-  return found;
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
-/// No selector: the GPU with the most memory, else the first device.
-Found select_device(const std::string& selector) {
-  const std::vector<Found> devices = find_devices();
-  if (devices.empty()) {
-    throw Error("no OpenCL device on this machine; install a driver, or PoCL for the CPU (Debian: pocl-opencl-icd)");
-  }
-  if (selector.empty()) {
-    return *std::max_element(devices.begin(), devices.end(), [](const Found& a, const Found& b) {
-      const auto rank = [](const Found& f) { return f.description.is_cpu ? 0 : f.description.global_bytes; };
-      return rank(a) < rank(b);
-    });
-  }
-  std::string names;
-  for (const Found& candidate : devices) {
-    const DeviceDescription& d = candidate.description;
-    if (selector == std::to_string(d.index)) return candidate;
-    if (lower(d.name + " " + d.platform).find(lower(selector)) != std::string::npos) return candidate;
-    names += fmt::format(" [{}] {} ({})", d.index, d.name, d.platform);
-  }
-  throw Error::format("--device {}: no such device; devices here:{}", selector, names);
 }
 
 }  // namespace
@@ -143,14 +53,8 @@ struct Device::OpenCl {
   }
 };
 
-std::vector<DeviceDescription> Device::list() {
-  std::vector<DeviceDescription> descriptions;
-  for (const Found& found : find_devices()) descriptions.push_back(found.description);
-  return descriptions;
-}
-
 Device::Device(const DeviceOptions& options) : options_(options), open_cl_(std::make_unique<OpenCl>()) {
-  const Found found = select_device(options.selector);
+  const FoundDevice found = select_device(options.selector);
   description_ = found.description;
   kernel_set_ = options.kernel_set.value_or(description_.is_cpu ? KernelSet::Wide : KernelSet::Gpu);
   if (options.real == Real::Double && !description_.has_double) {
@@ -272,14 +176,8 @@ void Kernel::set_raw(unsigned index, size_t bytes, const void* value) const {
   }
 }
 
-void Kernel::set_argument(unsigned index, const Tensor& tensor) const {
-  // An undefined tensor stands for an absent optional buffer: the kernel sees a null pointer.
-  cl_mem handle = tensor.defined() ? tensor.memory().handle() : nullptr;
-  set_raw(index, sizeof(handle), &handle);
-}
-
-void Kernel::set_argument(unsigned index, const Memory& memory) const {
-  cl_mem handle = memory.handle();
+void Kernel::set_memory(unsigned index, const Memory* memory) const {
+  cl_mem handle = memory ? memory->handle() : nullptr;
   set_raw(index, sizeof(handle), &handle);
 }
 

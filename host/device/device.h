@@ -1,8 +1,5 @@
 #pragma once
 
-#define CL_TARGET_OPENCL_VERSION 120
-#include <CL/cl.h>
-
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
@@ -12,13 +9,13 @@
 #include <type_traits>
 #include <vector>
 
+#include "host/device/device_list.h"
 #include "host/device/memory_pool.h"
 #include "host/device/profiler.h"
 
 namespace degas {
 
 class Device;
-class Tensor;
 
 /// The two families of kernel parameters. Wide: explicit vectors of 16, a work-group's loop is one item's (CPUs).
 /// Gpu: scalar or short vectors, cooperative work-groups with local memory. Both run on any device.
@@ -36,14 +33,6 @@ struct DeviceOptions {
   size_t memory_limit = 0;              ///< bytes the pool may hold; 0: the driver decides
   bool flush_denormals = false;         ///< build kernels with -cl-denorms-are-zero, where the device knows it
   std::filesystem::path kernel_folder;  ///< read kernels from here instead of the embedded ones
-};
-
-struct DeviceDescription {
-  int index = 0;
-  std::string name, platform, version, driver;
-  bool is_cpu = false, has_double = false;
-  int compute_units = 0;
-  size_t global_bytes = 0, largest_buffer_bytes = 0, local_bytes = 0, largest_work_group = 0;
 };
 
 /// A -D option of a kernel build.
@@ -69,7 +58,8 @@ class Kernel {
  public:
   Kernel(Device& device, cl_kernel handle, const std::string* name) : device_(&device), handle_(handle), name_(name) {}
 
-  /// Queues one run. Arguments in the kernel's order: Tensor, Memory -> __global pointer; int -> int; int64_t -> long;
+  /// Queues one run. Arguments in the kernel's order: Memory, and what has device_memory() (Tensor; null where it is
+  /// undefined: an absent optional buffer) -> __global pointer; int -> int; int64_t -> long;
   /// uint32_t -> uint; double -> REAL; LocalMemory -> __local pointer; any other trivially copyable struct by value.
   /// local is always given: a size left to the driver may change from call to call, and PoCL compiles each anew.
   template <typename... Arguments>
@@ -80,8 +70,12 @@ class Kernel {
   }
 
  private:
-  void set_argument(unsigned index, const Tensor& tensor) const;
-  void set_argument(unsigned index, const Memory& memory) const;
+  template <typename Holder>
+    requires requires(const Holder& holder) { holder.device_memory(); }
+  void set_argument(unsigned index, const Holder& holder) const {
+    set_memory(index, holder.device_memory());
+  }
+  void set_argument(unsigned index, const Memory& memory) const { set_memory(index, &memory); }
   void set_argument(unsigned index, double real) const;
   void set_argument(unsigned index, LocalMemory memory) const { set_raw(index, memory.bytes, nullptr); }
   template <typename Value>
@@ -91,6 +85,7 @@ class Kernel {
     static_assert(!std::is_same_v<Value, bool>, "OpenCL has no bool arguments: pass int");
     set_raw(index, sizeof(Value), &value);
   }
+  void set_memory(unsigned index, const Memory* memory) const;
   void set_raw(unsigned index, size_t bytes, const void* value) const;
   void enqueue(const Range& global, const Range& local) const;
 
@@ -103,10 +98,7 @@ class Kernel {
 /// one thread launches; loaders prepare host memory only.
 class Device {
  public:
-  /// Every OpenCL device of the machine, in `degas devices`' order (empty if there is none).
-  static std::vector<DeviceDescription> list();
-
-  /// Throws Error when no device fits (naming those that exist), or when Real::Double is not supported.
+  /// Throws Error where select_device does, or when Real::Double is not supported.
   explicit Device(const DeviceOptions& options = {});
   ~Device();
   Device(const Device&) = delete;

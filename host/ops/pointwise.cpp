@@ -58,11 +58,6 @@ Tensor scale(Tape& tape, const Tensor& input, double factor, double offset) {
   return output;
 }
 
-void add_in_place(const Tensor& target, const Tensor& source) {
-  require_equal_sizes("add_in_place", target, source);
-  launch("add_in_place", target, target, source);
-}
-
 void scale_in_place(const Tensor& array, const Tensor& factor) {
   launch("scale_in_place", array, array, factor);
 }

@@ -11,8 +11,6 @@ Tensor multiply(Tape& tape, const Tensor& a, const Tensor& b);
 /// factor * input + offset.
 Tensor scale(Tape& tape, const Tensor& input, double factor, double offset = 0);
 
-/// target += source, outside any tape.
-void add_in_place(const Tensor& target, const Tensor& source);
 /// array *= factor, which has one element; outside any tape.
 void scale_in_place(const Tensor& array, const Tensor& factor);
 

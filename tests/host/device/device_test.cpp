@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 TEST_CASE("an unknown device is refused by name, listing those that exist") {
   DeviceOptions options;
   options.selector = "no such accelerator";
-  CHECK_THROWS_WITH(Device(options), Catch::Contains("no such accelerator") && Catch::Contains(Device::list()[0].name));
+  CHECK_THROWS_WITH(Device(options), Catch::Contains("no such accelerator") &&
+                                         Catch::Contains(find_devices()[0].description.name));
 }
 
 TEST_CASE("kernels of a folder override the embedded ones, and a missing file is named") {

@@ -1,0 +1,33 @@
+#pragma once
+
+#define CL_TARGET_OPENCL_VERSION 120
+#include <CL/cl.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace degas {
+
+/// What a device says of itself. Sizes in bytes.
+struct DeviceDescription {
+  int index = 0;  ///< in `degas devices`' order
+  std::string name, platform, version, driver;
+  bool is_cpu = false, has_double = false;
+  int compute_units = 0;
+  size_t global_bytes = 0, largest_buffer_bytes = 0, local_bytes = 0, largest_work_group = 0;
+};
+
+struct FoundDevice {
+  cl_device_id id;
+  DeviceDescription description;
+};
+
+/// Every OpenCL device of the machine, in the platforms' order (empty if there is none).
+std::vector<FoundDevice> find_devices();
+
+/// The device with that index, or whose name or platform contains the text in any case; where the selector is empty,
+/// the GPU with the most memory, else the first device. Throws Error when none fits, naming those that exist.
+FoundDevice select_device(const std::string& selector);
+
+}  // namespace degas
