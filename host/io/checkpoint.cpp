@@ -58,16 +58,27 @@ class AtomicFile {
     checksum_.add(data, bytes);
     put(data, bytes);
   }
-  void commit() {
+  void commit(const std::filesystem::path& previous) {
     const uint64_t sum = checksum_.value();
     put(&sum, sizeof(sum));
     if (fsync(descriptor_) != 0) fail("cannot be flushed to the disk");
+    if (!previous.empty()) keep_as(previous);
     if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail("cannot be given its name");
     close(descriptor_);
     descriptor_ = -1;
   }
 
  private:
+  /// A second name for what stands at path_, so that at no moment there is nothing of that name.
+  void keep_as(const std::filesystem::path& previous) {
+    std::error_code failure;
+    if (!std::filesystem::exists(path_, failure)) return;
+    const std::filesystem::path link = temporary_name(previous);
+    std::filesystem::create_hard_link(path_, link, failure);
+    // File systems without links: for a moment there is the previous one alone, which readers fall back on.
+    if (::rename(failure ? path_.c_str() : link.c_str(), previous.c_str()) != 0)
+      fail("cannot be kept as the previous one");
+  }
   void put(const void* data, size_t bytes) {
     const auto* begin = static_cast<const char*>(data);
     while (bytes > 0) {
@@ -141,7 +152,8 @@ const std::vector<float>& Checkpoint::array(const std::string& name, size_t expe
   return found->second;
 }
 
-void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint) {
+void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint,
+                      const std::filesystem::path& previous) {
   nlohmann::json index = nlohmann::json::array();
   for (const auto& [name, values] : checkpoint.arrays) index.push_back({name, values.size()});
   const std::string text = nlohmann::json{{"header", checkpoint.header}, {"arrays", index}}.dump();
@@ -152,7 +164,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& check
   file.write(&length, sizeof(length));
   file.write(text.data(), text.size());
   for (const auto& [name, values] : checkpoint.arrays) file.write(values.data(), values.size() * sizeof(float));
-  file.commit();
+  file.commit(previous);
 }
 
 Checkpoint read_checkpoint(const std::filesystem::path& path) {

@@ -22,8 +22,10 @@ struct Checkpoint {
 /// Layout: "DEGASCKP", uint32 version, uint64 length of the JSON text, the text ({"header", "arrays": [[name,
 /// count]]}), then the arrays' float32 values one after another, little endian, then a 64-bit checksum of all before
 /// it. Equal contents give equal bytes. Written under a temporary name, flushed to the disk, renamed: a reader sees the
-/// old file or the new one, never a part. Throws Error naming the file when the disk refuses.
-void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint);
+/// old file or the new one, never a part. What stood at `path` before goes on under the name `previous`, where one is
+/// given. Throws Error naming the file when the disk refuses; then both are as they were.
+void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint,
+                      const std::filesystem::path& previous = {});
 
 /// Throws Error naming the file and what is wrong: missing, not a checkpoint, another version, cut short, corrupt.
 Checkpoint read_checkpoint(const std::filesystem::path& path);

@@ -6,6 +6,7 @@
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
 #include "model/data/selection.h"
+#include "model/train/run_lock.h"
 #include "model/train/stop_signal.h"
 #include "model/train/trainer.h"
 #include "model/train/training_views.h"
@@ -64,16 +65,18 @@ void print_profile(Device& device, int64_t steps) {
 void train(const TrainOptions& options) {
   const Config config = config_of(options);
   const RunFolder run(options.output);
-  const bool continues = options.resume && run.has_checkpoint();
   const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(config));
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);
   // All that may be refused comes before anything is written.
+  BodyModel::load(options.body);
+  allowed_cameras(*capture, config.data);
+  const RunLock lock(options.output);
+  const bool continues = options.resume && run.has_checkpoint();
   if (continues) {
     run.require_same_body(options.body);
   } else {
-    BodyModel::load(options.body);
     run.create(config, options.body);
   }
   Trainer trainer(device, config, *capture, run);

@@ -40,16 +40,51 @@ void RunFolder::require_same_body(const fs::path& body) const {
 }
 
 void RunFolder::require_trained() const {
-  for (const fs::path& file : {checkpoint_file(), body_file()}) {
-    if (!fs::exists(file)) {
-      throw Error::format("{}: no {}: not the folder of a trained run (degas train --out)", path_.string(),
-                          file.filename().string());
-    }
+  const char* missing = !has_checkpoint() ? "checkpoint.bin" : !fs::exists(body_file()) ? "body.npz" : nullptr;
+  if (missing) {
+    throw Error::format("{}: no {}: not the folder of a trained run (degas train --out)", path_.string(), missing);
   }
 }
 
+void RunFolder::save(const Checkpoint& checkpoint) const {
+  write_checkpoint(checkpoint_file(), checkpoint, previous_checkpoint_file());
+}
+
+Checkpoint RunFolder::read_newest(bool* is_damaged) const {
+  *is_damaged = false;
+  try {
+    return read_checkpoint(checkpoint_file());
+  } catch (const Error& damage) {
+    if (!fs::exists(previous_checkpoint_file())) throw;
+    Checkpoint previous;
+    try {
+      previous = read_checkpoint(previous_checkpoint_file());
+    } catch (const Error&) {
+      throw damage;
+    }
+    *is_damaged = true;
+    fmt::print(stderr, "warning: {}; going back to the one before, {}, step {}\n", damage.what(),
+               previous_checkpoint_file().filename().string(), previous.header.value("step", int64_t{0}));
+    return previous;
+  }
+}
+
+Checkpoint RunFolder::newest_checkpoint() const {
+  bool is_damaged;
+  return read_newest(&is_damaged);
+}
+
+Checkpoint RunFolder::checkpoint_to_resume() const {
+  bool is_damaged;
+  Checkpoint checkpoint = read_newest(&is_damaged);
+  if (is_damaged && fs::exists(checkpoint_file())) fs::rename(checkpoint_file(), path_ / "checkpoint.damaged.bin");
+  return checkpoint;
+}
+
 void RunFolder::remove_leftovers() const {
-  for (const fs::path& file : {checkpoint_file(), config_file(), history_file()}) remove_leftovers_of(file);
+  for (const fs::path& file : {checkpoint_file(), previous_checkpoint_file(), config_file(), history_file()}) {
+    remove_leftovers_of(file);
+  }
 }
 
 void RunFolder::truncate_history(int64_t step) const {

@@ -10,7 +10,7 @@ namespace degas {
 TrainedAvatar::TrainedAvatar(Device& device, const RunFolder& run) {
   run.require_trained();
   const std::filesystem::path file = run.checkpoint_file();
-  const Checkpoint checkpoint = read_checkpoint(file);
+  const Checkpoint checkpoint = run.newest_checkpoint();
   std::vector<double> betas;
   std::vector<int> refined_frames;
   try {

@@ -266,12 +266,12 @@ void Trainer::save() const {
   // Only where the clock was the budget: otherwise the bytes shall depend on the steps alone.
   if (minutes_spent_ > 0) checkpoint.header["minutes_spent"] = minutes_spent_;
   store_optimiser(optimiser_, checkpoint);
-  write_checkpoint(run_.checkpoint_file(), checkpoint);
+  run_.save(checkpoint);
 }
 
 void Trainer::resume() {
   const std::filesystem::path file = run_.checkpoint_file();
-  const Checkpoint checkpoint = read_checkpoint(file);
+  const Checkpoint checkpoint = run_.checkpoint_to_resume();
   for (const char* key : {"config", "capture", "step"}) {
     if (!checkpoint.header.contains(key))
       throw Error::format("{}: its header has no '{}'; use an older copy", file.string(), key);

@@ -90,3 +90,36 @@ TEST_CASE("what killed processes left of the run's own files goes; all else stay
   for (const std::string& name : leftovers) CHECK_FALSE(fs::exists(folder / name));
   for (const std::string& name : others) CHECK(text_of(folder / name) == "kept");
 }
+
+TEST_CASE("a damaged checkpoint falls back to the one before, and never takes its place") {
+  const fs::path folder = fresh_folder();
+  const RunFolder run(folder / "run");
+  run.create(Config{}, folder / "body_source.npz");
+  const auto at_step = [](int step) { return Checkpoint{{{"step", step}}, {{"weights", {1, 2, 3}}}}; };
+  const auto step_of = [](const Checkpoint& checkpoint) { return checkpoint.header.at("step").get<int>(); };
+  run.save(at_step(1));
+  CHECK_FALSE(fs::exists(run.previous_checkpoint_file()));
+  run.save(at_step(2));
+  CHECK(step_of(run.newest_checkpoint()) == 2);
+  CHECK(step_of(read_checkpoint(run.previous_checkpoint_file())) == 1);
+
+  const bool cut = GENERATE(true, false);
+  if (cut) {
+    fs::resize_file(run.checkpoint_file(), fs::file_size(run.checkpoint_file()) - 5);
+  } else {
+    fs::remove(run.checkpoint_file());
+  }
+  CHECK(run.has_checkpoint());
+  CHECK_NOTHROW(run.require_trained());
+  CHECK(step_of(run.newest_checkpoint()) == 1);
+  CHECK(fs::exists(run.checkpoint_file()) == cut);  // reading changes nothing
+  CHECK(step_of(run.checkpoint_to_resume()) == 1);
+  CHECK(fs::exists(folder / "run" / "checkpoint.damaged.bin") == cut);
+  run.save(at_step(3));
+  CHECK(step_of(run.newest_checkpoint()) == 3);
+  CHECK(step_of(read_checkpoint(run.previous_checkpoint_file())) == 1);
+
+  std::ofstream(run.checkpoint_file()) << "x";
+  std::ofstream(run.previous_checkpoint_file()) << "y";
+  CHECK_THROWS_WITH(run.newest_checkpoint(), Catch::Contains("checkpoint.bin: "));
+}
