@@ -15,9 +15,10 @@ enum class SkinningInterpolation { Barycentric, Nearest };
 enum class LpipsNetwork { Alex, Squeeze };
 /// The part of the picture that the perceptual loss sees: all, the person's box, or the face's box.
 enum class LossRegion { Full, Person, Face };
-/// What tells the face's expression (method.md, "Driving signals"): the codes of a portrait encoder, or the registered
-/// expression coefficients and jaw, which then also drives the body's jaw joint.
-enum class FaceSignal { Code, Expression };
+/// What tells the face's expression (method.md, "Driving signals"): the codes of a portrait encoder; the registered
+/// expression coefficients and jaw, which then also drives the body's jaw joint; the same, which then also move the body
+/// mesh itself; or nothing.
+enum class FaceSignal { Code, Expression, Mesh, None };
 enum class LearningRateSchedule { Constant, Cosine };
 
 /// Sizes and switches of the network (method.md, "Network"). Channel lists are the paper's, before `width`.
@@ -36,10 +37,9 @@ struct NetConfig {
   bool use_pose_embedding = true;  ///< ablation: the pose angles, tiled over their joints' texels
   bool use_pvm = true;             ///< ablation: the convolutional encoding of the posed vertex map
   bool use_pve = true;             ///< ablation: the posed vertex map through the bottleneck z
-  bool use_face_code = true;       ///< ablation: the expression code
   bool use_world_normals = false;  ///< also the surface's normals in the world: shading under the studio's fixed
                                    ///< lights, which the paper's signals, free of the global rotation, cannot tell
-  bool static_maps = false;  ///< all of them off: one set of maps for every pose and face, the mesh-bound baseline
+  bool static_maps = false;  ///< all of them and the face signal off: one set of maps for every pose and face, the mesh-bound baseline
   int color_degree = 0;      ///< of the spherical harmonics that make a colour depend on the direction it is seen from
                              ///< (sheen on hair, skin and cloth), 0 .. 3; 0, the paper's: the same from everywhere
   JointMasks joint_masks = JointMasks::Joint;  ///< joint | modulo | none
@@ -96,9 +96,6 @@ struct TrainConfig {
   GradientClipConfig gradient_clip;
   bool refine_poses = false;         ///< also fit the training frames' body poses
   double pose_learning_rate = 1e-4;  ///< of those, radians (and metres) a step
-  double pose_jitter = 0;            ///< radians: training noise on the angles that the network sees, not on what
-                                     ///< poses the Gaussians: robust to registration errors of that size
-  double code_jitter = 0;            ///< training noise on the face code, in units of its root mean square
   bool random_background = true;     ///< a colour drawn per step; otherwise black
   int64_t validation_every = 1000;   ///< steps; 0: never
   int64_t checkpoint_every = 10000;  ///< steps; 0: only at the end
@@ -108,7 +105,7 @@ struct TrainConfig {
 };
 
 struct FaceConfig {
-  FaceSignal signal = FaceSignal::Code;  ///< code | expression
+  FaceSignal signal = FaceSignal::Code;  ///< code | expression | mesh | none
   int frontal_views = 4;                 ///< face codes of a frame come from so many most frontal cameras
 };
 

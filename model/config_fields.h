@@ -28,7 +28,7 @@ inline std::vector<std::string> choice_names<LossRegion>() {
 }
 template <>
 inline std::vector<std::string> choice_names<FaceSignal>() {
-  return {"code", "expression"};
+  return {"code", "expression", "mesh", "none"};
 }
 template <>
 inline std::vector<std::string> choice_names<LearningRateSchedule>() {
@@ -54,7 +54,6 @@ void visit_fields(NetConfig& config, Visitor& visit) {
   FIELD(use_pose_embedding);
   FIELD(use_pvm);
   FIELD(use_pve);
-  FIELD(use_face_code);
   FIELD(use_world_normals);
   FIELD(static_maps);
   FIELD(color_degree);
@@ -113,8 +112,6 @@ void visit_fields(TrainConfig& config, Visitor& visit) {
   FIELD(gradient_clip);
   FIELD(refine_poses);
   FIELD(pose_learning_rate);
-  FIELD(pose_jitter);
-  FIELD(code_jitter);
   FIELD(random_background);
   FIELD(validation_every);
   FIELD(checkpoint_every);

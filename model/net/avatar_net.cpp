@@ -14,8 +14,7 @@ namespace {
 
 NetConfig without_inputs_if_static(NetConfig config) {
   if (config.static_maps)
-    config.use_pose_embedding = config.use_pvm = config.use_pve = config.use_face_code = config.use_world_normals =
-        false;
+    config.use_pose_embedding = config.use_pvm = config.use_pve = config.use_world_normals = false;
   return config;
 }
 
@@ -31,7 +30,7 @@ void require_shape(const char* name, const Tensor& tensor, int64_t size) {
 AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size, const Tensor& joint_masks,
                      uint64_t seed)
     : config_(without_inputs_if_static(config)),
-      face_code_size_(face_code_size),
+      face_code_size_(config.static_maps ? 0 : face_code_size),
       store_(device, seed),
       encoder_weights_(std::make_shared<LayerWeights>()) {
   const BlockContext context{store_, config_, encoder_weights_};
@@ -48,10 +47,7 @@ AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size
   }
   if (config_.use_pvm) channels += posed_vertex_map_.emplace(context, "pvm").channels();
   if (config_.use_pve) channels += posed_vertex_.emplace(context).channels();
-  if (config_.use_face_code) {
-    if (face_code_size < 1)
-      throw Error(
-          "net.use_face_code: the capture has no face codes; set face.signal=expression, or net.use_face_code=false");
+  if (face_code_size_ > 0) {
     const std::vector<int> levels =
         decoder_levels(config_.face_channels, levels_above_bottleneck(config_.resolution / 16), config_.width);
     face_.emplace(context, "face", face_code_size, scaled(config_.face_start_channels), levels);

@@ -23,7 +23,7 @@ class AvatarNet {
   struct Inputs {
     Tensor posed_vertex_map;  ///< (1, R, R, 3) metres, 0 where no texel is covered; for use_pvm and use_pve
     Tensor pose;              ///< (3 J) axis-angles of the joints after the root; for use_pose_embedding
-    Tensor face_code;         ///< (face_code_size); for use_face_code
+    Tensor face_code;         ///< (face_code_size); where that is above 0
     Tensor world_normals;     ///< (1, R, R, 3) unit at vertices, 0 where no texel is covered; for use_world_normals
   };
   struct Encoding {
@@ -31,7 +31,8 @@ class AvatarNet {
     Tensor divergence;     ///< as HeadMaps::divergence
   };
 
-  /// joint_masks: (R/8, R/8, J), positive where joint 1 + j moves the texel. Throws Error when it does not fit R.
+  /// face_code_size: 0 leaves the face code out. joint_masks: (R/8, R/8, J), positive where joint 1 + j moves the texel;
+  /// throws Error when it does not fit R.
   AvatarNet(Device& device, const NetConfig& config, int face_code_size, const Tensor& joint_masks, uint64_t seed);
 
   /// noise_seed: draws the latent's noise for a training step; without it z is the mean. Inputs whose switch is off may

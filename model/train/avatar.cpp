@@ -35,7 +35,7 @@ Pose Avatar::registered_pose(const Capture& capture, int frame) const {
 
 DrivingSignal Avatar::signal(const Pose& registered, std::vector<float> face_code) const {
   return make_driving_signal(body_, atlas_, driven_pose(registered), betas_, std::move(face_code),
-                             network_.config().use_world_normals);
+                             {network_.config().use_world_normals, config_.face.signal == FaceSignal::Mesh});
 }
 
 DrivingSignal Avatar::signal(const Capture& capture, int frame, std::vector<float> face_code) const {
@@ -50,12 +50,17 @@ Avatar::Signal Avatar::upload(const DrivingSignal& signal) const {
   return {{upload_map(signal.posed_vertex_map), upload_vector(device_, signal.joint_angles),
            upload_vector(device_, signal.face_code),
            signal.world_normals.empty() ? Tensor() : upload_map(signal.world_normals)},
-          make_device_pose(device_, signal.pose)};
+          make_device_pose(device_, signal.pose),
+          signal.canonical_positions.empty()
+              ? Tensor()
+              : Tensor::from(device_, {gaussian_count(), 3}, std::span<const float>(signal.canonical_positions))};
 }
 
 Avatar::Decoded Avatar::decode(Tape& tape, const Signal& signal, std::optional<uint64_t> noise_seed) const {
   const HeadMaps maps = network_.decode(tape, signal.network, noise_seed);
-  return {assemble(tape, {maps.position_offsets, maps.rotation_scale, maps.color_opacity, maps.color_harmonics}, base_,
+  GaussianBase base = base_;
+  if (signal.canonical_positions.defined()) base.positions = signal.canonical_positions;
+  return {assemble(tape, {maps.position_offsets, maps.rotation_scale, maps.color_opacity, maps.color_harmonics}, base,
                    {config_.gaussians.offset_scale, config_.gaussians.rotation_scale}),
           maps.divergence};
 }

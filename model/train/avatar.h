@@ -20,7 +20,8 @@ class Avatar {
   /// A driving signal in device memory.
   struct Signal {
     AvatarNet::Inputs network;
-    DevicePose body;  ///< as registered, jaw neutral
+    DevicePose body;             ///< as driven_pose makes it
+    Tensor canonical_positions;  ///< (N,3) metres, in place of the base's; undefined unless the face moves the mesh
   };
 
   Avatar(Device& device, const Config& config, BodyModel body, std::vector<double> betas, int face_code_size);

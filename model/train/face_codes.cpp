@@ -17,13 +17,15 @@ FaceCodes::FaceCodes(const Capture& capture, std::vector<int> cameras, const Fac
       size_(size.value_or(face_code_size(capture, config.signal))) {}
 
 int face_code_size(const Capture& capture, FaceSignal signal) {
+  if (signal == FaceSignal::None) return 0;
   if (signal == FaceSignal::Code) return capture.face_code_size();
   return static_cast<int>(expression_code(capture.pose(0)).size());
 }
 
 const FaceCodes::FrameCodes& FaceCodes::codes_of(int frame) {
   if (const auto found = kept_.find(frame); found != kept_.end()) return found->second;
-  if (config_.signal == FaceSignal::Expression) {
+  if (config_.signal == FaceSignal::None) return kept_[frame] = {};
+  if (config_.signal != FaceSignal::Code) {
     std::vector<float> code = expression_code(capture_.pose(frame));
     if (static_cast<int>(code.size()) != size_) {
       throw Error::format("expression and jaw of frame {}: {} values where others have {}", frame, code.size(), size_);

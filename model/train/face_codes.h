@@ -11,7 +11,7 @@
 
 namespace degas {
 
-/// Numbers in the face signal of a frame of `capture`; 0 where it has none.
+/// Numbers in the face signal of a frame of `capture`; 0 where it has none, and for FaceSignal::None.
 int face_code_size(const Capture& capture, FaceSignal signal);
 
 /// The face signal of each frame: the codes of its (up to) `frontal_views` most frontal cameras (method.md, "Driving

@@ -1,7 +1,5 @@
 #include "model/train/prepared_step.h"
 
-#include <cmath>
-
 #include "host/random.h"
 #include "model/train/boxes.h"
 
@@ -9,16 +7,7 @@ namespace degas {
 namespace {
 
 /// Streams of Random::of_step; the view schedule has 1 and 2.
-enum Stream : uint64_t { face_code_stream = 3, background_stream = 4, jitter_stream = 6 };
-
-/// Normal noise of `fraction` of the code's root mean square on each of its values.
-void add_jitter(std::vector<float>& code, double fraction, Random& random) {
-  if (fraction == 0 || code.empty()) return;
-  double square = 0;
-  for (float value : code) square += static_cast<double>(value) * value;
-  const double deviation = fraction * std::sqrt(square / static_cast<double>(code.size()));
-  for (float& value : code) value += static_cast<float>(deviation * random.normal());
-}
+enum Stream : uint64_t { face_code_stream = 3, background_stream = 4 };
 
 }  // namespace
 
@@ -42,19 +31,7 @@ TrainingPicture StepPreparer::picture(const Sample& sample, const std::array<dou
 
 DrivingSignal StepPreparer::signal(int64_t step, int frame) const {
   Random code_random = Random::of_step(config_.train.seed, face_code_stream, step);
-  Random jitter = Random::of_step(config_.train.seed, jitter_stream, step);
-  std::vector<float> code = codes_.mixture(frame, code_random);
-  add_jitter(code, config_.train.code_jitter, jitter);
-  if (config_.train.pose_jitter == 0) return avatar_.signal(capture_, frame, std::move(code));
-  Pose seen = avatar_.registered_pose(capture_, frame);
-  const Pose registered = seen;
-  for (size_t joint = 1; joint < seen.axis_angles.size(); ++joint) {
-    for (double& angle : seen.axis_angles[joint]) angle += config_.train.pose_jitter * jitter.normal();
-  }
-  // The network sees the jittered pose; the Gaussians are posed by the registered one.
-  DrivingSignal signal = avatar_.signal(seen, std::move(code));
-  signal.pose = avatar_.driven_pose(registered);
-  return signal;
+  return avatar_.signal(capture_, frame, codes_.mixture(frame, code_random));
 }
 
 PreparedStep StepPreparer::prepare(int64_t step, const LoadRequest& request, const std::vector<Sample>& samples) const {

@@ -38,7 +38,7 @@ class StepPreparer {
   TrainingPicture picture(const Sample& sample, const std::array<double, 3>& background) const;
 
  private:
-  /// The frame's signal with the step's mixture of face codes, and with train.code_jitter and train.pose_jitter.
+  /// The frame's signal with the step's mixture of face codes.
   DrivingSignal signal(int64_t step, int frame) const;
 
   const Config& config_;

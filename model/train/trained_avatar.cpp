@@ -38,7 +38,7 @@ TrainedAvatar::TrainedAvatar(Device& device, const RunFolder& run) {
 }
 
 FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
-  const bool uses_codes = config_.net.use_face_code && !config_.net.static_maps;
+  const bool uses_codes = face_code_size_ > 0 && !config_.net.static_maps;
   const int size = face_code_size(capture, config_.face.signal);
   if (uses_codes && size != 0 && size != face_code_size_) {
     throw Error::format(
@@ -53,7 +53,7 @@ FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
   std::vector<int> cameras;
   const bool has_codes = uses_codes && size != 0;
   FaceConfig face = config_.face;
-  if (!has_codes) face.signal = FaceSignal::Code;  // of no camera: zeros in all frames
+  if (!has_codes) face.signal = FaceSignal::None;  // zeros in all frames
   for (size_t i = 0; has_codes && i < capture.camera_names().size(); ++i) {
     const std::string& name = capture.camera_names()[i];
     const bool allowed = config_.data.cameras.empty() || named(config_.data.cameras, name);

@@ -71,6 +71,14 @@ nlohmann::json history_line(const TrainingReport& report) {
   return line;
 }
 
+int required_face_code_size(const Capture& capture, const Config& config) {
+  const int size = face_code_size(capture, config.face.signal);
+  if (size == 0 && config.face.signal == FaceSignal::Code && !config.net.static_maps) {
+    throw Error("face.signal is code, and the capture has no face codes; set it to expression, mesh or none");
+  }
+  return size;
+}
+
 }  // namespace
 
 Trainer::Trainer(Device& device, const Config& config, const Capture& capture, const RunFolder& run)
@@ -79,7 +87,7 @@ Trainer::Trainer(Device& device, const Config& config, const Capture& capture, c
       capture_(capture),
       run_(run),
       avatar_(device, config, BodyModel::load(run.body_file()), capture.betas(),
-              face_code_size(capture, config.face.signal)),
+              required_face_code_size(capture, config)),
       views_(capture, config.data),
       schedule_(views_.training, config.train.views_per_step, config.train.seed),
       codes_(capture, allowed_cameras(capture, config.data), config.face,

@@ -32,7 +32,7 @@ TEST_CASE("the face code alone moves the face, and the global motion only turns 
   const UvAtlas atlas(body, 32);
   const Pose pose = random_pose(body);
   const auto signal_of = [&](const Pose& registered) {
-    return make_driving_signal(body, atlas, driven_pose(registered, FaceSignal::Code), {}, {1, 2, 3}, true);
+    return make_driving_signal(body, atlas, driven_pose(registered, FaceSignal::Code), {}, {1, 2, 3}, {true, false});
   };
   const DrivingSignal signal = signal_of(pose);
   CHECK(signal.face_code == std::vector<float>{1, 2, 3});
@@ -77,6 +77,36 @@ TEST_CASE("an expression signal holds the coefficients and the jaw, which moves 
   }
 }
 
+TEST_CASE("a mesh signal moves the body by the jaw and the expression, at rest by the expression alone") {
+  const TemporaryFolder folder;
+  write_tiny_body(folder.path() / "body.npz");
+  const BodyModel body = BodyModel::load(folder.path() / "body.npz");
+  const UvAtlas atlas(body, 32);
+  const Pose pose = driven_pose(random_pose(body), FaceSignal::Mesh);
+  CHECK(pose.axis_angles == random_pose(body).axis_angles);
+  CHECK(pose.expression == random_pose(body).expression);
+  const DrivingSignal signal = make_driving_signal(body, atlas, pose, {}, {}, {false, true});
+  CHECK(make_driving_signal(body, atlas, pose, {}, {}, {}).canonical_positions.empty());
+  REQUIRE(signal.canonical_positions.size() == 3 * atlas.covered().size());
+  const std::vector<Vector3d> vertices = body.canonical_vertices({}, pose.expression);
+  double moved = 0;
+  for (size_t i = 0; i < atlas.covered().size(); ++i) {
+    const Texel& texel = atlas.texels()[atlas.covered()[i]];
+    Vector3d expected = Vector3d::Zero(), neutral = Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) {
+      const int vertex = body.faces()[texel.triangle][k];
+      expected += texel.barycentric[k] * vertices[vertex];
+      neutral += texel.barycentric[k] * body.canonical_vertices({}, {})[vertex];
+    }
+    for (int c = 0; c < 3; ++c) CHECK(signal.canonical_positions[3 * i + c] == Approx(expected[c]).margin(1e-6));
+    moved = std::max(moved, (expected - neutral).norm());
+  }
+  CHECK(moved > 1e-4);
+  Pose without_expression = pose;
+  without_expression.expression.assign(pose.expression.size(), 0);
+  CHECK(make_driving_signal(body, atlas, without_expression, {}, {}, {}).posed_vertex_map != signal.posed_vertex_map);
+}
+
 TEST_CASE("world normals are those of the surface that linear blend skinning puts into the world") {
   const TemporaryFolder folder;
   write_tiny_body(folder.path() / "body.npz");
@@ -84,8 +114,8 @@ TEST_CASE("world normals are those of the surface that linear blend skinning put
   const UvAtlas atlas(body, 32);
   const Pose pose = driven_pose(random_pose(body), FaceSignal::Code);
   const std::vector<Vector3d> vertices = body.posed_vertices(pose, {}, true);
-  const DrivingSignal signal = make_driving_signal(body, atlas, pose, {}, {}, true);
-  CHECK(make_driving_signal(body, atlas, pose, {}, {}, false).world_normals.empty());
+  const DrivingSignal signal = make_driving_signal(body, atlas, pose, {}, {}, {true, false});
+  CHECK(make_driving_signal(body, atlas, pose, {}, {}, {}).world_normals.empty());
   // Plain loop: the sum of the triangles' area vectors around each corner.
   for (const int index : atlas.covered()) {
     const Texel& texel = atlas.texels()[index];

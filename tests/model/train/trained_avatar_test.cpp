@@ -166,10 +166,11 @@ TEST_CASE("refinement leaves the jaw to the face signal") {
 }
 
 TEST_CASE("registered expressions and jaws drive a face that was trained with them") {
+  const FaceSignal face_signal = GENERATE(FaceSignal::Expression, FaceSignal::Mesh);
   const TemporaryFolder folder;
   Config config = tiny_config();
   config.train.iterations = 2;
-  config.face.signal = FaceSignal::Expression;
+  config.face.signal = face_signal;
   config.net.use_world_normals = true;  // as quick.json has it
   const auto capture = open_scene(), novel = open_scene("P1C2");
   const RunFolder run = train_run(folder / "run", config, *capture);
@@ -181,4 +182,44 @@ TEST_CASE("registered expressions and jaws drive a face that was trained with th
   REQUIRE(novel->pose(1).axis_angles[JawJoint].norm() > 0);
   CHECK(avatar.avatar().signal(*novel, 1, code).pose.axis_angles[JawJoint] == novel->pose(1).axis_angles[JawJoint]);
   CHECK(positions(avatar, *novel, 1).size() == static_cast<size_t>(avatar.avatar().gaussian_count()) * 3);
+}
+
+TEST_CASE("with a mesh signal the Gaussians ride on the body's expression") {
+  const TemporaryFolder folder;
+  Config config = tiny_config();
+  config.train.iterations = 1;
+  config.face.signal = FaceSignal::Mesh;
+  TrainedAvatar trained(wide(), train_run(folder / "run", config, *open_scene()));
+  Avatar& avatar = trained.avatar();
+  Pose pose = avatar.registered_pose(*open_scene(), 0);
+  pose.expression.assign(pose.expression.size(), 0.0);
+  const auto canonical = [&](std::vector<float> positions) {
+    Avatar::Signal signal = avatar.upload(avatar.signal(pose, std::vector<float>(pose.expression.size() + 3)));
+    signal.canonical_positions = Tensor::from(wide(), {avatar.gaussian_count(), 3}, std::span<const float>(positions));
+    Tape tape(wide(), false);
+    return avatar.decode(tape, signal).gaussians.positions.to_host<float>();
+  };
+  // The same network's answer on a body that the coefficient has moved, and on one that it has not.
+  Pose smiling = pose;
+  smiling.expression[0] = 1;
+  const std::vector<float> code(pose.expression.size() + 3);
+  const std::vector<float> rest = avatar.signal(pose, code).canonical_positions;
+  const std::vector<float> moved = avatar.signal(smiling, code).canonical_positions;
+  REQUIRE(rest != moved);
+  const std::vector<float> a = canonical(rest), b = canonical(moved);
+  for (size_t i = 0; i < a.size(); ++i) CHECK(b[i] - a[i] == Approx(moved[i] - rest[i]).margin(1e-6));
+}
+
+TEST_CASE("a capture without face codes asks for another face signal, and trains without one") {
+  const TemporaryFolder folder;
+  ChangedCapture capture;
+  capture.code_size = 0;
+  Config config = tiny_config();
+  config.train.iterations = 1;
+  CHECK_THROWS_WITH(train_run(folder / "refused", config, capture),
+                    Contains("face.signal") && Contains("no face codes") && Contains("none"));
+  config.face.signal = FaceSignal::None;
+  TrainedAvatar avatar(wide(), train_run(folder / "none", config, capture));
+  FaceCodes codes = avatar.face_codes(*open_scene());
+  CHECK(codes.mean(0).empty());
 }
