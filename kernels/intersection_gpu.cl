@@ -3,8 +3,8 @@
 // -D V=1; TILE_WIDTH, TILE_HEIGHT: pixels of a tile.
 // Arrays: records (views N,RECORD_SIZE); views; order (views N): splats by (depth, number); sorted_counts,
 // sorted_offsets (views N): tiles of the splat of that rank, and the sum before it; slots_of (views N) uint2: first
-// slot and number of slots of each splat; slot_tiles, slot_splats (M); slot_order (M): slots by tile; entries (M) uint2:
-// splat and slot; tile_starts (tiles + 1): a tile's part of entries.
+// slot and number of slots of each splat; slot_tiles, slot_splats (M); slot_order (M): slots by tile; entries (M)
+// uint2: splat and slot; tile_starts (tiles + 1): a tile's part of entries.
 // Launch: one item per rank, or per entry; local size free. Deterministic: every element has one writer.
 #include "common/real.cl"
 #include "common/splat.cl"

@@ -20,7 +20,7 @@ struct RowProductsArguments {
   int value_height, value_width, value_channels;
   int vector_height, vector_width, vector_channels;
   int step, lead;
-  int units_per_item = 0, lines_per_split = 0, lines_per_pass = 0;
+  int units_per_item, lines_per_split, lines_per_pass;
 };
 
 Kernel gradient_kernel(Device& device, const char* name, int vectors) {
@@ -36,7 +36,10 @@ void sum_splits(const Tensor& partial, const Tensor& output, int splits) {
 void backward_weight_by_rows(const Conv2dGeometry& g, bool vectors_are_outputs, const Tensor& input,
                              const Tensor& gradient, const Tensor& weight_gradient) {
   Device& device = input.device();
-  RowProductsArguments a{.batch = g.batch, .groups = g.groups, .kernel_height = g.kernel_size};
+  RowProductsArguments a{};
+  a.batch = g.batch;
+  a.groups = g.groups;
+  a.kernel_height = g.kernel_size;
   a.value_height = vectors_are_outputs ? g.height : g.output_height;
   a.value_width = vectors_are_outputs ? g.width : g.output_width;
   a.value_channels = vectors_are_outputs ? g.channels : g.output_channels;

@@ -22,6 +22,15 @@ int face_code_size(const Capture& capture, FaceSignal signal) {
   return static_cast<int>(expression_code(capture.pose(0)).size());
 }
 
+int required_face_code_size(const Capture& capture, const Config& config) {
+  const int size = face_code_size(capture, config.face.signal);
+  if (size == 0 && config.face.signal == FaceSignal::Code && !config.net.static_maps) {
+    throw Error("face.signal is code, and the capture has no face codes; extract them by `degas encode-faces`, or "
+                "set it to expression, mesh or none");
+  }
+  return size;
+}
+
 const FaceCodes::FrameCodes& FaceCodes::codes_of(int frame) {
   if (const auto found = kept_.find(frame); found != kept_.end()) return found->second;
   if (config_.signal == FaceSignal::None) return kept_[frame] = {};

@@ -13,6 +13,8 @@ namespace degas {
 
 /// Numbers in the face signal of a frame of `capture`; 0 where it has none, and for FaceSignal::None.
 int face_code_size(const Capture& capture, FaceSignal signal);
+/// The same for a network to be trained: Error where it wants codes that the capture does not have.
+int required_face_code_size(const Capture& capture, const Config& config);
 
 /// The face signal of each frame: the codes of its (up to) `frontal_views` most frontal cameras (method.md, "Driving
 /// signals"). Training takes a random convex mixture of them, evaluation their mean; a frame with none gets zeros.

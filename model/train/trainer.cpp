@@ -71,14 +71,6 @@ nlohmann::json history_line(const TrainingReport& report) {
   return line;
 }
 
-int required_face_code_size(const Capture& capture, const Config& config) {
-  const int size = face_code_size(capture, config.face.signal);
-  if (size == 0 && config.face.signal == FaceSignal::Code && !config.net.static_maps) {
-    throw Error("face.signal is code, and the capture has no face codes; set it to expression, mesh or none");
-  }
-  return size;
-}
-
 }  // namespace
 
 Trainer::Trainer(Device& device, const Config& config, const Capture& capture, const RunFolder& run)
