@@ -78,6 +78,7 @@ class AtomicFile {
     // File systems without links: for a moment there is the previous one alone, which readers fall back on.
     if (::rename(failure ? path_.c_str() : link.c_str(), previous.c_str()) != 0)
       fail("cannot be kept as the previous one");
+    ::unlink(link.c_str());  // there where both were names of one file already: such a rename does nothing
   }
   void put(const void* data, size_t bytes) {
     const auto* begin = static_cast<const char*>(data);

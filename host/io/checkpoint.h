@@ -23,7 +23,7 @@ struct Checkpoint {
 /// count]]}), then the arrays' float32 values one after another, little endian, then a 64-bit checksum of all before
 /// it. Equal contents give equal bytes. Written under a temporary name, flushed to the disk, renamed: a reader sees the
 /// old file or the new one, never a part. What stood at `path` before goes on under the name `previous`, where one is
-/// given. Throws Error naming the file when the disk refuses; then both are as they were.
+/// given. Throws Error naming the file when the disk refuses; what was saved last then has one of the two names.
 void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint,
                       const std::filesystem::path& previous = {});
 

@@ -69,9 +69,11 @@ void train(const TrainOptions& options) {
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);
-  // All that may be refused comes before anything is written.
+  // Wrong names and missing codes are refused before anything is written.
   BodyModel::load(options.body);
   allowed_cameras(*capture, config.data);
+  selected_frames(config.data.frames, capture->frame_count(), "data.frames");
+  required_face_code_size(*capture, config);
   const RunLock lock(options.output);
   const bool continues = options.resume && run.has_checkpoint();
   if (continues) {

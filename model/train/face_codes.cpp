@@ -25,8 +25,9 @@ int face_code_size(const Capture& capture, FaceSignal signal) {
 int required_face_code_size(const Capture& capture, const Config& config) {
   const int size = face_code_size(capture, config.face.signal);
   if (size == 0 && config.face.signal == FaceSignal::Code && !config.net.static_maps) {
-    throw Error("face.signal is code, and the capture has no face codes; extract them by `degas encode-faces`, or "
-                "set it to expression, mesh or none");
+    throw Error(
+        "face.signal is code, and the capture has no face codes; name them by --codes, extract "
+        "them by `degas encode-faces`, or set it to expression, mesh or none");
   }
   return size;
 }

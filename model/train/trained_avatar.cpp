@@ -15,7 +15,7 @@ TrainedAvatar::TrainedAvatar(Device& device, const RunFolder& run) {
   std::vector<int> refined_frames;
   try {
     config_ = parse_config(checkpoint.header.at("config").dump(), file.string());
-    capture_identity_ = checkpoint.header.at("capture");
+    picture_identity_ = checkpoint.header.at("pictures");
     steps_ = checkpoint.header.at("step");
     face_code_size_ = checkpoint.header.at("face_code_size");
     betas = checkpoint.header.at("betas").get<std::vector<double>>();
@@ -52,6 +52,11 @@ FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
   };
   std::vector<int> cameras;
   const bool has_codes = uses_codes && size != 0;
+  if (uses_codes && !has_codes) {
+    fmt::print(stderr,
+               "warning: face codes drive this avatar and the capture has none: its face stays at rest; name "
+               "them by --codes, or extract them by `degas encode-faces`\n");
+  }
   FaceConfig face = config_.face;
   if (!has_codes) face.signal = FaceSignal::None;  // zeros in all frames
   for (size_t i = 0; has_codes && i < capture.camera_names().size(); ++i) {
@@ -66,7 +71,7 @@ FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
 }
 
 bool TrainedAvatar::is_refined(const Capture& capture, int frame) const {
-  return corrections_.count(frame) > 0 && capture.identity() == capture_identity_;
+  return corrections_.count(frame) > 0 && capture.picture_identity() == picture_identity_;
 }
 
 Splats TrainedAvatar::pose(Tape& tape, const CanonicalGaussians& gaussians, const Avatar::Signal& signal,

@@ -39,7 +39,7 @@ class TrainedAvatar {
 
  private:
   Config config_;
-  std::string capture_identity_;
+  std::string picture_identity_;  // of the capture whose poses were refined: other codes change nothing in them
   int64_t steps_ = 0;
   int face_code_size_ = 0;
   std::unique_ptr<Avatar> avatar_;

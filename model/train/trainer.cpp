@@ -260,6 +260,7 @@ void Trainer::save() const {
   checkpoint.header = {{"step", step_},
                        {"config", nlohmann::json::parse(config_text(config_))},
                        {"capture", capture_.identity()},
+                       {"pictures", capture_.picture_identity()},
                        {"betas", avatar_.betas()},
                        {"face_code_size", codes_.size()},
                        {"refined_frames", refined_frames}};

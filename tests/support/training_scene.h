@@ -44,6 +44,7 @@ class ChangedCapture : public Capture {
   bool flat_hands = true;
 
   std::string identity() const override { return source_->identity(); }
+  std::string picture_identity() const override { return source_->picture_identity(); }
   int frame_count() const override { return source_->frame_count(); }
   const std::vector<std::string>& camera_names() const override { return source_->camera_names(); }
   Camera camera(int camera) const override {

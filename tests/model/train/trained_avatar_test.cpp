@@ -132,7 +132,7 @@ TEST_CASE("what does not fit is refused with file and reason") {
     CHECK_THROWS_WITH(avatar.face_codes(capture), Contains("face codes have 7 values") && Contains("same encoder"));
   }
   SECTION("a header without its keys, or with others' values") {
-    const std::string key = GENERATE("config", "capture", "step", "face_code_size", "betas", "refined_frames");
+    const std::string key = GENERATE("config", "pictures", "step", "face_code_size", "betas", "refined_frames");
     const bool missing = GENERATE(true, false);
     const RunFolder run = changed_run(folder, [&](Checkpoint& checkpoint) {
       if (missing)
