@@ -43,10 +43,9 @@ inline REAL fade_slope(const REAL alpha) {
 #endif
 
 kernel void raster_forward(global const REAL* records, global const uint* tile_starts, global const uint2* entries,
-                           global REAL* color, global REAL* alpha,
-                           global REAL* transmittance, global int* contributors, const REAL background_red,
-                           const REAL background_green, const REAL background_blue, const int width, const int height,
-                            const int first_tile) {
+                           global REAL* color, global REAL* alpha, global REAL* transmittance,
+                           global int* contributors, const REAL background_red, const REAL background_green,
+                           const REAL background_blue, const int width, const int height, const int first_tile) {
   local REAL batch[PIXELS * FIELDS];
   local int open_pixels[PIXELS];
   local int any_open;
@@ -103,11 +102,10 @@ kernel void raster_forward(global const REAL* records, global const uint* tile_s
 }
 
 kernel void raster_backward(global const REAL* records, global const uint* tile_starts, global const uint2* entries,
-                            global const REAL* transmittance,
-                            global const int* contributors, global const REAL* d_color, global const REAL* d_alpha,
-                            global REAL* slots, const REAL background_red, const REAL background_green,
-                            const REAL background_blue, const int width, const int height,
-                            const int first_tile) {
+                            global const REAL* transmittance, global const int* contributors,
+                            global const REAL* d_color, global const REAL* d_alpha, global REAL* slots,
+                            const REAL background_red, const REAL background_green, const REAL background_blue,
+                            const int width, const int height, const int first_tile) {
   local REAL batch[BATCH * FIELDS];
   local REAL d_exponents[BATCH * PIXELS], weights[BATCH * PIXELS];
   local REAL d_reds[PIXELS], d_greens[PIXELS], d_blues[PIXELS];

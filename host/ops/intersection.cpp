@@ -67,9 +67,10 @@ Intersections list_gpu(const Lists& lists) {
     lists.kernel("intersection_gpu", name).launch({items}, device.pointwise_local(), arguments...);
   };
   const Tensor &records = lists.projected.records, &views = lists.views.on_device;
-  const Tensor sorted_counts(device, {lists.all}, Element::UInt32);
+  // As large as the records, which fewer views do not make smaller.
+  const Tensor sorted_counts(device, {records.dim(0)}, Element::UInt32);
   launch("count_tiles", lists.all, records, views, lists.order, sorted_counts, lists.splats, lists.all);
-  const Scan offsets = exclusive_scan(sorted_counts);
+  const Scan offsets = exclusive_scan(sorted_counts, lists.all);
   uint64_t total = 0;
   device.download(offsets.totals.memory(), &total, sizeof(total), offsets.total_index * sizeof(total));
   const Intersections result = lists.make_room(total);
@@ -90,8 +91,7 @@ void require_countable(uint64_t intersections, const SplatViews& views) {
   if (intersections <= static_cast<uint64_t>(std::numeric_limits<int32_t>::max())) return;
   const Camera& camera = views.views.front().camera;
   throw Error::format(
-      "splatting {} view(s) of {}x{} pixels: {} intersections of splats and tiles, the limit is 2147483647; use fewer "
-      "or "
+      "splatting {} view(s) of {}x{} pixels: {} intersections of splats and tiles, the limit is 2147483647; use fewer or "
       "smaller splats, fewer views at once, or draw the image in parts",
       views.count(), camera.width, camera.height, intersections);
 }

@@ -39,7 +39,8 @@ Chunks long_chunks(const Device& device, int64_t elements) {
   // Two a core, so that a core that is held up leaves the others something to do. More would only share the cache lines
   // that two chunks write to.
   constexpr int64_t least = 1024;
-  const int64_t wanted = 2 * std::max(1, device.description().compute_units);
+  // Never fewer chunks for more elements: tables are made for the most there will be.
+  const int64_t wanted = 2 * std::clamp(device.description().compute_units, 1, 512);
   const int64_t size = std::max((elements + wanted - 1) / wanted, least);
   return {static_cast<uint32_t>(size), static_cast<uint32_t>(std::max<int64_t>(1, (elements + size - 1) / size))};
 }
@@ -66,12 +67,12 @@ Tensor sorted_places(const Tensor& keys, int64_t count, int bits) {
   return places;
 }
 
-Scan exclusive_scan(const Tensor& values) {
+Scan exclusive_scan(const Tensor& values, int64_t count) {
   Device& device = values.device();
-  const int64_t blocks = chunks_of(device, values.size()).count;
-  const Scan result{Tensor(device, values.shape(), Element::UInt32), Tensor(device, {blocks + 1}, Element::UInt64),
-                    blocks};
-  scan(values, result.totals, result.sums, values.size());
+  const int64_t room = chunks_of(device, values.size()).count;
+  const Scan result{Tensor(device, values.shape(), Element::UInt32), Tensor(device, {room + 1}, Element::UInt64),
+                    chunks_of(device, count).count};
+  scan(values, result.totals, result.sums, count);
   return result;
 }
 

@@ -9,14 +9,14 @@ namespace degas {
 /// defined. kernels/radix_sort.cl
 Tensor sorted_places(const Tensor& keys, int64_t count, int bits = 32);
 
-/// Exclusive sums of UInt32 values, cut to 32 bits, and behind them the whole sum: `totals` is UInt64 and holds it at
-/// index `total_index`.
+/// Exclusive sums of the first `count` UInt32 values, cut to 32 bits, as large as `values`, and behind them the whole
+/// sum: `totals` is UInt64 and holds it at index `total_index`.
 struct Scan {
   Tensor sums;
   Tensor totals;
   int64_t total_index;
 };
-Scan exclusive_scan(const Tensor& values);
+Scan exclusive_scan(const Tensor& values, int64_t count);
 
 /// What a work-item takes of many elements, where items are to be few long ones for CPU cores: `size` consecutive
 /// elements each, `count` items, at least one.

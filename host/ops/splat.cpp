@@ -66,13 +66,20 @@ std::vector<SplatImage> splat(Tape& tape, SplatWorkspace& workspace, const Splat
     images.push_back({image.color, image.alpha});
     outputs.insert(outputs.end(), {image.color, image.alpha});
   }
+  // Of what the way back does not read it keeps no values.
+  std::vector<RasterImage> kept = drawn;
+  for (RasterImage& image : kept) {
+    image.color = image.color.without_values();
+    image.alpha = image.alpha.without_values();
+  }
+  const ProjectedSplats kept_splats{projected.count, projected.records, {}, {}};
   tape.record("splat", {splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.colors},
-              outputs, [=](Tape& tape) {
+              outputs, [splats, views, intersections, kept, kept_splats, options](Tape& tape) {
                 std::vector<RasterGradient> wanted;
-                for (const RasterImage& image : drawn) {
+                for (const RasterImage& image : kept) {
                   wanted.push_back({tape.gradient_or_zeros(image.color), tape.gradient_or_zeros(image.alpha)});
                 }
-                const Tensor slots = rasterize_backward(projected, intersections, drawn, wanted, views, options);
+                const Tensor slots = rasterize_backward(kept_splats, intersections, kept, wanted, views, options);
                 const Splats gradients{wanted_gradient(splats.positions),  wanted_gradient(splats.rotations),
                                        wanted_gradient(splats.log_scales), wanted_gradient(splats.opacities),
                                        wanted_gradient(splats.colors),     {}};

@@ -36,7 +36,7 @@ inline Tile tile_at(const int index, const int width, const int height) {
 typedef struct {
   REAL x[4][BATCH], y[4][BATCH];
   REAL s_by_x[BATCH], s_by_y[BATCH], t_by_y[BATCH], peak[BATCH], red[BATCH], green[BATCH], blue[BATCH];
-  uchar reaches[BLOCKS][BATCH];
+  uchar reaches[BLOCKS][BATCH] __attribute__((aligned(8)));
   int blocks[BATCH];
 } Batch;
 

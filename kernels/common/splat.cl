@@ -7,7 +7,6 @@
 #define ALPHA_MAX ((REAL)0.99)
 #define TRANSMITTANCE_MIN ((REAL)1e-4)
 #define LOG2_ALPHA_MIN ((REAL)-7.99435343685885794)
-#define LOG2_ALPHA_MAX ((REAL)-0.01449956969511509)
 #define LOG2_E ((REAL)1.44269504088896341)
 
 // Record of a projected splat, RECORD_SIZE REALs (one cache line of floats). With d = pixel centre - (u, v):

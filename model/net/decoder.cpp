@@ -7,7 +7,7 @@
 
 namespace degas {
 
-MapDecoder::MapDecoder(const BlockContext& context, int feature_channels) 
+MapDecoder::MapDecoder(const BlockContext& context, int feature_channels)
     : weights_(context.weights), group_channels_(feature_channels) {
   const NetConfig& config = context.config;
   int size = config.resolution / 8;

@@ -34,7 +34,7 @@ std::set<int> tiles_reached(const double* record, const Camera& camera, int colu
 TEST_CASE("every tile that a splat reaches is listed, few others, all front to back") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const Camera camera = test_camera(150, 83);
-  SplatScene scene = random_scene(300, 8);
+  SplatScene scene = random_scene(GENERATE(300, 3000), 8);  // one chunk of the listing, and several
   scene.add({0, 0, 3}, {1, 0.1, 0.2, 0.9}, {1, -7, -7}, 0.9, {1, 1, 1});  // a needle across the image
   scene.add({0, 0, 5}, {1, 0.1, 0.2, 0.9}, {2, 1, 1}, 0.9, {1, 1, 1});    // more tiles than a box holds
   SplatWorkspace workspace;
@@ -82,7 +82,7 @@ TEST_CASE("more intersections than 2^31 - 1 are refused with a clear error") {
   const SplatViews views = upload_views(device, {{test_camera(640, 480)}}, {});
   Tensor counts(device, {2500}, Element::UInt32);
   counts.upload(std::span<const int32_t>(std::vector<int32_t>(2500, 1000000)));
-  const Scan scan = exclusive_scan(counts);
+  const Scan scan = exclusive_scan(counts, counts.size());
   uint64_t total = 0;
   device.download(scan.totals.memory(), &total, sizeof(total), scan.total_index * sizeof(total));
   CHECK_NOTHROW(require_countable(2147483647, views));
