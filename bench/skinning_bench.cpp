@@ -83,7 +83,7 @@ int main(int count, char** values) {
       for (const Tensor& output : forward(silent)) gradients.push_back(numbers(device, output.shape()));
       bench.run(row, [&] {
         Tape tape(device);
-        backward_from(tape, forward(tape), gradients);
+        tape.backward(forward(tape), gradients);
         for (Tensor& leaf : leaves) leaf.clear_gradient();
       });
     };

@@ -146,7 +146,7 @@ void measure_scene(Bench& bench, const Scene& scene, double size) {
   const auto forward_and_backward = [&] {
     Tape tape(device);
     const SplatImage drawn = splat(tape, workspace, splats, camera, scene.background, options);
-    backward_from(tape, {drawn.color, drawn.alpha}, {wanted[0].color, wanted[0].alpha});
+    tape.backward({drawn.color, drawn.alpha}, {wanted[0].color, wanted[0].alpha});
     for (Tensor field : {splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.colors}) {
       field.clear_gradient();
     }

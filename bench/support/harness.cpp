@@ -69,14 +69,6 @@ Timing measure(const std::function<void()>& work, const std::function<void()>& w
   return timing_of(times);
 }
 
-void backward_from(Tape& tape, const std::vector<Tensor>& outputs, const std::vector<Tensor>& gradients) {
-  const Tensor loss(tape.device(), {1});
-  tape.record("loss", outputs, {loss}, [&](Tape&) {
-    for (size_t i = 0; i < outputs.size(); ++i) Tensor(outputs[i]).set_gradient(gradients[i]);
-  });
-  tape.backward(loss);
-}
-
 Peaks measure_peaks(Device& device, Clock clock) {
   constexpr int chains = 12, rounds = 100000;
   const MeasureOptions options{.repetitions = 7, .batch_milliseconds = 10, .clock = clock};

@@ -35,9 +35,6 @@ Timing timing_of(std::vector<double> milliseconds);
 Timing measure(const std::function<void()>& work, const std::function<void()>& wait,
                const MeasureOptions& options = {});
 
-/// Walks back from a loss whose gradients by `outputs` are there already, so that a row holds the operators alone.
-void backward_from(Tape& tape, const std::vector<Tensor>& outputs, const std::vector<Tensor>& gradients);
-
 /// What a device can do at most: shares are told against it.
 struct Peaks {
   double gflops = 0;                ///< fused multiply-adds on registers
