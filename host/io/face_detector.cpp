@@ -28,15 +28,21 @@ FaceDetector::FaceDetector(const fs::path& path) : detector_(std::make_unique<De
   bool loaded = false;
   try {
     if (path.extension() == ".onnx") {
-      detector_->network = cv::FaceDetectorYN::create(path.string(), "", {320, 320});
-      loaded = !detector_->network.empty();
+      const cv::Size size(320, 320);
+      detector_->network = cv::FaceDetectorYN::create(path.string(), "", size);
+      cv::Mat faces;  // none, but a network without a face detector's outputs fails only here
+      detector_->network->detect(cv::Mat::zeros(size, CV_8UC3), faces);
+      loaded = true;
     } else {
       loaded = detector_->cascade.load(path.string());
     }
   } catch (const cv::Exception&) {
     loaded = false;  // told below
   }
-  if (!loaded) throw Error::format("{}: is no face detector: a Haar cascade (.xml) or YuNet (.onnx) is", path.string());
+  if (!loaded) {
+    throw Error::format("{}: is no face detector that OpenCV {} reads; a Haar cascade (.xml) or YuNet (.onnx) is",
+                        path.string(), CV_VERSION);
+  }
 }
 
 FaceDetector::~FaceDetector() = default;

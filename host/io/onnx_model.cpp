@@ -43,7 +43,6 @@ OnnxModel::OnnxModel(const std::filesystem::path& path, const OnnxInput& input, 
   }
   if (largest == 0)
     throw Error::format("{}: no output '{}'; outputs here: {}", path.string(), output, fmt::join(names, ", "));
-  output_size_ = static_cast<int>(largest);
 }
 
 OnnxModel::~OnnxModel() = default;

@@ -26,7 +26,6 @@ class OnnxModel {
 
   /// An RGB picture of side x side. Gives all numbers of the output in a row.
   std::vector<float> operator()(const Image8& picture);
-  int output_size() const { return output_size_; }
 
  private:
   struct Network;
@@ -35,7 +34,6 @@ class OnnxModel {
   std::filesystem::path path_;
   OnnxInput input_;
   std::string output_;
-  int output_size_ = 0;
   std::unique_ptr<Network> network_;
 };
 

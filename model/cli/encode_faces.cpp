@@ -26,12 +26,32 @@ struct EncodeFacesOptions {
 };
 
 /// One number for all channels, or three.
-std::array<double, 3> by_channel(const std::vector<double>& values) {
+std::array<double, 3> by_channel(const std::vector<double>& values, const char* option) {
+  if (values.size() == 2) throw Error::format("{}: two numbers, expected one, or three: R,G,B", option);
   return values.size() == 3 ? std::array{values[0], values[1], values[2]} : std::array{values[0], values[0], values[0]};
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::filesystem::path detector_file(const EncodeFacesOptions& options) {
+  return options.detector.empty() ? FaceDetector::installed() : options.detector;
+}
+
+/// All that codes depend on besides frame and camera.
+nlohmann::json settings_of(const EncodeFacesOptions& options, const Capture& capture, const FaceEncoder& encoder) {
+  nlohmann::json settings = encoder.description;
+  settings["capture"] = capture.picture_identity();
+  settings["margin"] = options.crop.margin;
+  settings["track"] = options.crop.track;
+  if (options.body.empty()) {
+    settings["detector"] = file_description(detector_file(options));
+  } else {
+    settings["body"] = file_description(options.body);
+    settings["max_angle"] = options.max_angle;
+  }
+  return settings;
 }
 
 /// Boxes of all faces; nothing when stopped.
@@ -40,7 +60,7 @@ std::optional<std::vector<FaceBox>> find_faces(const EncodeFacesOptions& options
   if (!options.body.empty()) {
     return projected_faces(capture, BodyModel::load(options.body), cameras, options.max_angle * std::numbers::pi / 180);
   }
-  FaceDetector detector(options.detector.empty() ? FaceDetector::installed() : options.detector);
+  FaceDetector detector(detector_file(options));
   auto faces = detected_faces(capture, detector, cameras, [&](int done, int total) {
     progress.show(static_cast<double>(done) / total, fmt::format("looking for faces: picture {} of {}", done, total));
     return !StopSignal::requested();
@@ -70,16 +90,11 @@ void encode(const EncodeFacesOptions& options) {
     device = std::make_unique<Device>(options.device.options());
     encoder = make_dpe_encoder(*device, options.weights, parse_encoder_keys(options.keys));
   } else {
-    encoder = make_onnx_encoder(options.onnx, {options.input, by_channel(options.mean), by_channel(options.scale)},
-                                options.onnx_output);
+    const OnnxInput input = {options.input, by_channel(options.mean, "--mean"), by_channel(options.scale, "--scale")};
+    encoder = make_onnx_encoder(options.onnx, input, options.onnx_output);
   }
-  nlohmann::json settings = encoder.description;
-  settings["margin"] = options.crop.margin;
-  settings["track"] = options.crop.track;
-  settings["body"] = options.body.filename().string();
-  settings["detector"] = options.detector.filename().string();
-  settings["max_angle"] = options.max_angle;
-  const CodeFolder folder(options.output.empty() ? options.data : options.output, settings, options.overwrite);
+  const CodeFolder folder(options.output.empty() ? options.data : options.output,
+                          settings_of(options, *capture, encoder), options.overwrite);
 
   const StopSignal stop;
   Progress progress;
@@ -89,6 +104,7 @@ void encode(const EncodeFacesOptions& options) {
     return;
   }
   if (boxes->empty()) throw Error::format("{}: no face in any picture of these cameras", options.data.string());
+  folder.begin();
   const auto start = std::chrono::steady_clock::now();
   const auto rate = [&](const FaceEncodingSummary& summary) { return summary.written / seconds_since(start); };
   Progress encoding;

@@ -33,13 +33,6 @@ std::optional<std::pair<int64_t, int>> view_of(const fs::path& file) {
   return std::pair(static_cast<int64_t>(number), camera);
 }
 
-fs::path first_zip(const fs::path& folder) {
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() == ".zip") return entry.path();
-  }
-  return {};
-}
-
 }  // namespace
 
 std::string code_name(int64_t frame_number, int camera) {
@@ -50,36 +43,42 @@ bool is_code_file(const std::string& name) {
   return view_of(name).has_value();
 }
 
+std::vector<fs::path> code_places(const fs::path& folder) {
+  const fs::path single = folder / "dpe";
+  std::vector<fs::path> bundles;
+  if (fs::is_directory(single)) {
+    for (const auto& entry : fs::directory_iterator(single)) {
+      if (entry.path().extension() == ".zip") bundles.push_back(entry.path());
+    }
+  }
+  std::sort(bundles.begin(), bundles.end());
+  std::vector<fs::path> places = {single, folder};
+  places.insert(places.end(), bundles.begin(), bundles.end());
+  for (const char* name : {"dpe.zip", "expression_codes.npz", "expression_codes.npy"}) places.push_back(folder / name);
+  std::erase_if(places, [](const fs::path& place) { return !fs::exists(place); });
+  return places;
+}
+
 DreamsCodes::DreamsCodes(const fs::path& place, const std::vector<int64_t>& frame_numbers, int cameras) {
-  const auto rows = frame_numbers.size();
-  const auto is_table = [](const fs::path& path) { return path.extension() == ".npz" || path.extension() == ".npy"; };
-  if (fs::is_regular_file(place)) {
-    if (is_table(place)) {
-      read_table(place, rows, cameras);
-    } else {
-      add_bundle(place, frame_numbers, cameras);
-    }
-  } else {
-    for (const fs::path& folder : {place / "dpe", place}) {
-      if (!files_.empty() || !fs::is_directory(folder)) continue;
-      add_files(folder, frame_numbers, cameras);
-    }
-    const fs::path bundle = fs::is_directory(place / "dpe") ? first_zip(place / "dpe") : fs::path();
-    for (const fs::path& path :
-         {bundle, place / "dpe.zip", place / "expression_codes.npz", place / "expression_codes.npy"}) {
-      if (!files_.empty() || path.empty() || !fs::exists(path)) continue;
-      if (is_table(path)) {
-        read_table(path, rows, cameras);
-      } else {
-        add_bundle(path, frame_numbers, cameras);
-      }
-    }
+  const std::vector<fs::path> places = fs::is_regular_file(place) ? std::vector{place} : code_places(place);
+  for (const fs::path& path : places) {
+    if (files_.empty()) add_all(path, frame_numbers, cameras);
   }
   if (!sources_.empty()) size_ = static_cast<int>(read(sources_.begin()->second).size());
 }
 
 std::vector<fs::path> DreamsCodes::files() const {
   return files_;
+}
+
+void DreamsCodes::add_all(const fs::path& place, const std::vector<int64_t>& frame_numbers, int cameras) {
+  if (fs::is_directory(place)) {
+    add_files(place, frame_numbers, cameras);
+  } else if (place.extension() == ".npz" || place.extension() == ".npy") {
+    read_table(place, frame_numbers.size(), cameras);
+  } else {
+    add_bundle(place, frame_numbers, cameras);
+  }
 }
 
 void DreamsCodes::add_files(const fs::path& folder, const std::vector<int64_t>& frame_numbers, int cameras) {

@@ -19,13 +19,16 @@ std::string code_name(int64_t frame_number, int camera);
 /// Is that the name of a view's code, extension included?
 bool is_code_file(const std::string& name);
 
+/// Where a folder has, or may have, face codes, of what exists there: folders of single files, bundles and tables, the
+/// first that is to be read first.
+std::vector<std::filesystem::path> code_places(const std::filesystem::path& folder);
+
 /// Face codes in files, of a length that the first tells. A folder holds, and the first of these that exists is read:
 ///
-///   dpe/                    a file a view: a torch archive with the tensor 'exp' (.pt), or an array (.npy)
-///   dpe.zip, dpe/*.zip      the same, bundled
-///   expression_codes.npz    a table: codes (T,C,N), or (T,N) for all cameras, and valid (T,C) or (T), not 0 where
-///   there
-///                           is one; without it, where codes are finite
+///   dpe/, the folder itself a file a view: a torch archive with the tensor 'exp' (.pt), or an array (.npy)
+///   dpe/*.zip, dpe.zip      the same, bundled
+///   expression_codes.npz    a table: codes (T,C,N), or (T,N) for all cameras, and valid (T,C) or (T), not 0
+///                           where there is one; without it, where codes are finite
 ///   expression_codes.npy    a table without valid
 ///
 /// The folder of single files, a bundle and a table may also be named themselves. Codes are read when asked for, then
@@ -48,6 +51,7 @@ class DreamsCodes {
   void add_files(const std::filesystem::path& folder, const std::vector<int64_t>& frame_numbers, int cameras);
   void add_bundle(const std::filesystem::path& path, const std::vector<int64_t>& frame_numbers, int cameras);
   void add(const std::string& source, const std::vector<int64_t>& frame_numbers, int cameras);
+  void add_all(const std::filesystem::path& place, const std::vector<int64_t>& frame_numbers, int cameras);
   void read_table(const std::filesystem::path& path, size_t rows, int cameras);
   std::vector<float> read(const std::string& source) const;
 

@@ -12,11 +12,12 @@ namespace degas {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr const char* description = "encoder.json";
 constexpr const char* remedy = "write elsewhere by --out DIR, or replace them by --overwrite";
 
 std::vector<fs::path> code_files(const fs::path& folder) {
   std::vector<fs::path> files;
-  if (!fs::is_directory(folder)) return files;
+  if (!fs::is_directory(folder)) return files;  // not begun
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (is_code_file(entry.path().filename().string())) files.push_back(entry.path());
   }
@@ -38,22 +39,25 @@ void require_same(const fs::path& file, const nlohmann::json& settings) {
 
 }  // namespace
 
-CodeFolder::CodeFolder(const fs::path& place, const nlohmann::json& settings, bool overwrite) : path_(place / "dpe") {
-  const fs::path description = path_ / "encoder.json";
-  if (overwrite) {
-    for (const fs::path& file : code_files(path_)) fs::remove(file);
-    fs::remove(description);
-  }
-  if (fs::exists(description)) {
-    require_same(description, settings);
+CodeFolder::CodeFolder(const fs::path& place, const nlohmann::json& settings, bool overwrite)
+    : path_(place / "dpe"), settings_(settings), overwrite_(overwrite) {
+  if (overwrite) return;
+  if (fs::exists(path_ / description)) {
+    require_same(path_ / description, settings);
     return;
   }
-  std::vector<fs::path> others = code_files(path_);
-  for (const char* name : {"dpe.zip", "expression_codes.npz", "expression_codes.npy"}) {
-    if (!overwrite && fs::exists(place / name)) others.push_back(place / name);
+  for (const fs::path& other : code_places(place)) {
+    const std::vector<fs::path> files = fs::is_directory(other) ? code_files(other) : std::vector{other};
+    if (!files.empty()) throw Error::format("{}: there are face codes already; {}", files[0].string(), remedy);
   }
-  if (!others.empty()) throw Error::format("{}: there are face codes already; {}", others[0].string(), remedy);
-  write_file_atomically(description, std::as_bytes(std::span<const char>(settings.dump(1))));
+}
+
+void CodeFolder::begin() const {
+  if (!overwrite_ && fs::exists(path_ / description)) return;  // goes on, and nothing that is there changes
+  if (overwrite_) {
+    for (const fs::path& file : code_files(path_)) fs::remove(file);
+  }
+  write_file_atomically(path_ / description, std::as_bytes(std::span<const char>(settings_.dump(1))));
 }
 
 fs::path CodeFolder::file(int64_t frame_number, int camera) const {

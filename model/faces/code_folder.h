@@ -11,10 +11,13 @@ namespace degas {
 /// made. A file has its name only when it is whole, so that an interrupted run goes on where it was.
 class CodeFolder {
  public:
-  /// Throws Error naming file, key and value when `place` holds codes that were made otherwise, or by others; with
-  /// `overwrite` those go (a dpe.zip or expression_codes.npz stays, but is no longer read).
+  /// Changes nothing yet. Throws Error naming file, key and value when `place` holds codes that were made otherwise, or
+  /// by others, in any of code_places; not to `overwrite`.
   CodeFolder(const std::filesystem::path& place, const nlohmann::json& settings, bool overwrite);
 
+  /// Before the first code: writes encoder.json; to overwrite, the codes in dpe/ go first (those in other places stay,
+  /// but are no longer read).
+  void begin() const;
   const std::filesystem::path& path() const { return path_; }
   bool contains(int64_t frame_number, int camera) const { return std::filesystem::exists(file(frame_number, camera)); }
   void write(int64_t frame_number, int camera, std::span<const float> code) const;
@@ -22,6 +25,8 @@ class CodeFolder {
  private:
   std::filesystem::path file(int64_t frame_number, int camera) const;
   std::filesystem::path path_;
+  nlohmann::json settings_;
+  bool overwrite_;
 };
 
 }  // namespace degas

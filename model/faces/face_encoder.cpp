@@ -6,7 +6,6 @@
 #include "model/data/identity.h"
 
 namespace degas {
-namespace {
 
 nlohmann::json file_description(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_file_bytes(path);
@@ -14,8 +13,6 @@ nlohmann::json file_description(const std::filesystem::path& path) {
   identity.add({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   return {{"file", path.filename().string()}, {"checksum", identity.text()}};
 }
-
-}  // namespace
 
 FaceEncoder make_dpe_encoder(Device& device, const std::filesystem::path& weights, const EncoderKeys& keys) {
   const auto network = std::make_shared<ExpressionEncoder>(device, load_expression_encoder(weights, keys));

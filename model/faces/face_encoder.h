@@ -18,6 +18,10 @@ struct FaceEncoder {
   nlohmann::json description;                                  ///< of all that codes depend on, the file's bytes too
 };
 
+/// What settings of codes keep of a file that they depend on: its name, and a checksum of its bytes. Error naming it
+/// when it cannot be read.
+nlohmann::json file_description(const std::filesystem::path& path);
+
 /// DPE's expression encoder on the device. Errors as load_expression_encoder throws them.
 FaceEncoder make_dpe_encoder(Device& device, const std::filesystem::path& weights, const EncoderKeys& keys);
 

@@ -16,6 +16,8 @@ TEST_CASE("what is no detector is named") {
     write_file_atomically(folder / name, std::vector<std::byte>(100, std::byte{'x'}));
     CHECK_THROWS_WITH(FaceDetector(folder / name), Contains(name + ": is no face detector"));
   }
+  const std::string other_network = std::string(DEGAS_TEST_VECTORS) + "/io/channel_means.onnx";
+  CHECK_THROWS_WITH(FaceDetector(other_network), Contains("channel_means.onnx: is no face detector that OpenCV"));
   CHECK_THROWS_WITH(FaceDetector(folder / "none.xml"), Contains("none.xml: no such file"));
 }
 

@@ -27,7 +27,6 @@ Image8 even_picture(int side, uint8_t red, uint8_t green, uint8_t blue) {
 
 TEST_CASE("a network is given RGB with mean and scale by channel, and its largest output is taken") {
   OnnxModel model(channel_means, {16, {10, 20, 30}, {0.5, 0.25, 2}});
-  CHECK(model.output_size() == 4);
   const std::vector<float> numbers = model(even_picture(16, 110, 60, 31));
   const float red = 50, green = 10, blue = 2;
   REQUIRE(numbers.size() == 4);
@@ -52,7 +51,7 @@ TEST_CASE("the face landmarks of a picture: 478 points in the picture") {
   const std::string path = data_path("weights/face_landmarks_detector.onnx");
   if (path.empty()) return;
   OnnxModel model(path, {});
-  CHECK(model.output_size() == 3 * 478);
   const std::vector<float> numbers = model(even_picture(256, 200, 150, 120));
+  CHECK(numbers.size() == 3 * 478);
   CHECK(std::all_of(numbers.begin(), numbers.end(), [](float value) { return value > -256 && value < 512; }));
 }

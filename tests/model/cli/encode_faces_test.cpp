@@ -122,10 +122,28 @@ TEST_CASE("what encode-faces cannot use is named with a remedy") {
   refused(encode.arguments({"--onnx", encode.weights}), {"weights.pt: is no ONNX network"});
   refused(encode.arguments({"--weights", encode.weights, "--keys", "code=other"}),
           {"weights.pt: no tensor 'other.0.weight'", "--keys code=PATH"});
+  refused(encode.arguments({"--onnx", onnx, "--mean", "120,110"}), {"--mean: two numbers", "R,G,B"});
+  refused(encode.arguments({"--onnx", onnx, "--scale", "1,2"}), {"--scale: two numbers"});
   refused(encode.arguments({"--weights", encode.weights, "--cameras", "cam9"}), {"no camera 'cam9'", "cam00"});
   REQUIRE(run_program(encode.arguments()).exit_code == 0);
   refused(encode.arguments({"--weights", encode.weights, "--margin", "7"}),
           {"encoder.json: the codes here were made with another 'margin': 50 (now 7)", "--overwrite"});
+  const std::map<std::string, std::string> files = files_of(encode.out / "dpe");
+  // Another capture, and another body of the same name.
+  fs::copy(training_scene() / "P1C1", folder / "P1C2", fs::copy_options::recursive);
+  std::vector<std::string> other_capture = encode.arguments();
+  other_capture[2] = folder / "P1C2";
+  refused(other_capture, {"encoder.json: the codes here were made with another 'capture'"});
+  std::vector<std::string> other_body = encode.arguments();
+  fs::copy(training_scene() / "body.npz", folder / "body.npz");
+  std::ofstream(folder / "body.npz", std::ios::app) << "x";
+  other_body.back() = folder / "body.npz";
+  refused(other_body, {"encoder.json: the codes here were made with another 'body'", "body.npz"});
+  // Nothing is removed before faces are found.
+  refused(encode.arguments({"--weights", encode.weights, "--overwrite", "--max-angle", "0"}),
+          {"no face in any picture"});
+  const bool kept = files_of(encode.out / "dpe") == files;
+  CHECK(kept);
   std::vector<std::string> into_capture = encode.arguments();
   into_capture.erase(into_capture.begin() + 3, into_capture.begin() + 5);
   refused(into_capture, {"dpe.zip: there are face codes already", "--out DIR"});

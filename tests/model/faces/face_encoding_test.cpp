@@ -45,6 +45,7 @@ TEST_CASE("the most frontal views that have a picture are encoded, once") {
   capture.lacks_image = [](int frame, int camera) { return (frame == 1 && camera == 0) || frame == 4; };
   const TemporaryFolder place;
   const CodeFolder folder(place.path(), {{"margin", 2}}, false);
+  folder.begin();
   const FaceEncodingSummary first = encode_faces(capture, crops_of_all(), {0, 1, 4}, 2, mean_encoder(), folder, always);
   CHECK(first.written == 4);
   CHECK(first.present == 0);
