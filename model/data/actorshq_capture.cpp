@@ -123,10 +123,13 @@ std::vector<fs::path> find_actorshq(const fs::path& folder) {
   for (int depth = 0; depth < 4 && found.empty(); ++depth) {
     std::vector<fs::path> next;
     for (const fs::path& path : level) {
-      if (fs::is_regular_file(path / "calibration.csv") && fs::is_directory(path / "rgbs")) found.push_back(path);
-      std::error_code unreadable;
-      for (const auto& entry : fs::directory_iterator(path, unreadable)) {
-        if (entry.is_directory(unreadable)) next.push_back(entry.path());
+      std::error_code unreadable;  // such a folder, lost+found say, is passed over
+      if (fs::is_regular_file(path / "calibration.csv", unreadable) && fs::is_directory(path / "rgbs", unreadable)) {
+        found.push_back(path);
+      }
+      for (fs::directory_iterator entry(path, unreadable), end; entry != end; entry.increment(unreadable)) {
+        std::error_code broken;
+        if (entry->is_directory(broken)) next.push_back(entry->path());
       }
     }
     level = std::move(next);
@@ -135,7 +138,7 @@ std::vector<fs::path> find_actorshq(const fs::path& folder) {
   return found;
 }
 
-PictureLayout find_actorshq_layout(const fs::path& folder, const CaptureOptions& options) {
+PictureLayout find_actorshq_layout(const fs::path& folder) {
   const std::vector<fs::path> found = find_actorshq(folder);
   if (found.empty()) {
     throw Error::format("{}: no calibration.csv with rgbs/ beside it, here or below", folder.string());
@@ -149,9 +152,8 @@ PictureLayout find_actorshq_layout(const fs::path& folder, const CaptureOptions&
   layout.folder = found.front();
   layout.format = "actorshq 1";
   layout.files = {layout.folder / "calibration.csv"};
-  const fs::path name = options.parameters.empty() ? "smpl_params.npz" : options.parameters;
-  const fs::path above = fs::absolute(layout.folder).lexically_normal().parent_path() / name;
-  layout.parameters = layout.folder / name;
+  const fs::path above = (fs::absolute(layout.folder) / "../smpl_params.npz").lexically_normal();
+  layout.parameters = layout.folder / "smpl_params.npz";
   if (!fs::exists(layout.parameters) && fs::exists(above)) layout.parameters = above;
   layout.conventions = {false, true};
   for (const auto& [camera_name, camera] : read_calibration(layout.files.front())) {

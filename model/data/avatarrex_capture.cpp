@@ -43,8 +43,8 @@ Lens read_lens(const JsonNode& node) {
   return lens;
 }
 
-/// Adds the views that a list of paths (with / or \) names; those of cameras that the calibration lacks are not read
-/// anyway.
+/// Adds the views that a list of paths (with / or \) names: pictures lie in the camera's folder, masks deeper. Those of
+/// cameras that the calibration lacks are not read anyway.
 void read_missing(const fs::path& path, PictureLayout& layout) {
   const std::vector<std::byte> bytes = read_file_bytes(path);
   std::istringstream stream(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
@@ -58,12 +58,13 @@ void read_missing(const fs::path& path, PictureLayout& layout) {
     int64_t frame = 0;
     const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), frame);
     if (error != std::errc() || end != stem.data() + stem.size()) {
-      throw Error::format("{}: line {} is '{}', expected a path that ends in CAMERA/FRAME.jpg", path.string(), number,
+      throw Error::format("{}: line {} is '{}', expected a path through CAMERA/ to FRAME.jpg", path.string(), number,
                           line);
     }
-    const std::string camera = fs::path(line).parent_path().filename();
+    const fs::path folders = fs::path(line).parent_path();
     for (size_t i = 0; i < layout.views.size(); ++i) {
-      if (layout.views[i].name == camera) layout.excluded.insert({static_cast<int>(i), frame});
+      const bool is_named = std::find(folders.begin(), folders.end(), layout.views[i].name) != folders.end();
+      if (is_named) layout.excluded.insert({static_cast<int>(i), frame});
     }
   }
 }
@@ -79,15 +80,15 @@ bool is_avatarrex(const fs::path& folder) {
   return fs::is_regular_file(calibration_of(folder));
 }
 
-PictureLayout find_avatarrex_layout(const fs::path& folder, const CaptureOptions& options) {
+PictureLayout find_avatarrex_layout(const fs::path& folder) {
   PictureLayout layout;
   layout.folder = folder;
   layout.format = "avatarrex 1";
   layout.files = {calibration_of(folder)};
-  layout.parameters = folder / (options.parameters.empty() ? "smpl_params.npz" : options.parameters);
+  layout.parameters = folder / "smpl_params.npz";
   layout.conventions = {false, true};
   layout.hard_masks = true;
-  const nlohmann::json file = read_json(layout.files.front());
+  const nlohmann::ordered_json file = read_json(layout.files.front());
   const JsonNode root(file, layout.files.front().string());
   for (const std::string& name : root.keys()) {
     if (name.empty() || name.find('/') != std::string::npos || name == "." || name == "..") {

@@ -21,21 +21,22 @@ struct Format {
   std::unique_ptr<Capture> (*open)(const fs::path& folder, const CaptureOptions& options);
 };
 
+/// In the order in which they are tried.
 const std::vector<Format>& formats() {
   static const std::vector<Format> all = {
       {"dreams", "cameras.json and capture.json", DreamsCapture::recognises,
        [](const fs::path& folder, const CaptureOptions& options) -> std::unique_ptr<Capture> {
          return std::make_unique<DreamsCapture>(folder, options);
        }},
-      {"actorshq", "calibration.csv and rgbs/",
-       [](const fs::path& folder, bool) { return !find_actorshq(folder).empty(); },
-       [](const fs::path& folder, const CaptureOptions& options) -> std::unique_ptr<Capture> {
-         return std::make_unique<PictureCapture>(find_actorshq_layout(folder, options), options);
-       }},
       {"avatarrex", "calibration_full.json (THuman4: calibration.json)",
        [](const fs::path& folder, bool) { return is_avatarrex(folder); },
        [](const fs::path& folder, const CaptureOptions& options) -> std::unique_ptr<Capture> {
-         return std::make_unique<PictureCapture>(find_avatarrex_layout(folder, options), options);
+         return std::make_unique<PictureCapture>(find_avatarrex_layout(folder), options);
+       }},
+      {"actorshq", "calibration.csv and rgbs/",
+       [](const fs::path& folder, bool) { return !find_actorshq(folder).empty(); },
+       [](const fs::path& folder, const CaptureOptions& options) -> std::unique_ptr<Capture> {
+         return std::make_unique<PictureCapture>(find_actorshq_layout(folder), options);
        }}};
   return all;
 }

@@ -74,16 +74,15 @@ void print_warning(const std::string& text);
 
 /// How a capture is opened.
 struct CaptureOptions {
-  double image_scale = 1;            ///< factor on the pictures' sides, above 0 and at most 1; moves the cameras too
-  std::filesystem::path cache;       ///< folder of decoded pictures; empty: captures/ in the user's cache folder
-  std::string format;                ///< one of capture_formats(); empty: told from the files
-  std::filesystem::path parameters;  ///< body parameters' file, relative to the capture; empty: the format's name
-  std::filesystem::path codes;       ///< where face codes lie (DreamsCodes); empty: in the capture
-  bool incomplete = false;           ///< also without body parameters, masks or capture.json: to look at, not to train
+  double image_scale = 1;       ///< factor on the pictures' sides, above 0 and at most 1; moves the cameras too
+  std::filesystem::path cache;  ///< folder of decoded pictures; empty: captures/ in the user's cache folder
+  std::string format;           ///< one of capture_formats(); empty: told from the files
+  std::filesystem::path codes;  ///< where face codes lie (DreamsCodes); empty: in the capture
+  bool incomplete = false;      ///< also without body parameters, masks or capture.json: to look at, not to train
   std::function<void(const std::string&)> warn = print_warning;  ///< told once for each thing that is skipped
 };
 
-/// Names of the formats that are read: dreams, actorshq, avatarrex (THuman4 too).
+/// Names of the formats that are read: dreams, avatarrex (THuman4 too), actorshq.
 std::vector<std::string> capture_formats();
 
 /// Opens a capture that decodes a picture at every load: for looking at a few. Error when the folder holds no known

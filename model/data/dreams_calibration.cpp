@@ -6,7 +6,7 @@
 namespace degas {
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 Lens read_lens(const JsonNode& node) {
   constexpr int largest_side = 1 << 16;

@@ -52,6 +52,7 @@ class DreamsCapture : public Capture {
 
  private:
   struct Video;
+  std::filesystem::path parameters_path() const { return folder_ / "smplx.npz"; }
   void open_videos();
   void check_size(size_t camera);
   void count_frames();

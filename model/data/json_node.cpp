@@ -10,7 +10,7 @@
 
 namespace degas {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 json read_json(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_file_bytes(path);

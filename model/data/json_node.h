@@ -8,20 +8,20 @@
 
 namespace degas {
 
-/// The JSON of a file; Error naming it when it is missing or no JSON.
-nlohmann::json read_json(const std::filesystem::path& path);
+/// The JSON of a file, names in its order; Error naming it when it is missing or no JSON.
+nlohmann::ordered_json read_json(const std::filesystem::path& path);
 
 /// A value of a JSON file with the way to it ("cameras.json: rigs[1]: fx"), which every Error begins with. The JSON
 /// must outlive it.
 class JsonNode {
  public:
-  JsonNode(const nlohmann::json& value, std::string label) : value_(value), label_(std::move(label)) {}
+  JsonNode(const nlohmann::ordered_json& value, std::string label) : value_(value), label_(std::move(label)) {}
 
   [[noreturn]] void fail(const std::string& reason) const;
   bool has(const std::string& key) const { return value_.is_object() && value_.contains(key); }
   JsonNode operator[](const std::string& key) const;
   JsonNode operator[](size_t index) const;
-  /// Names of the entries of an object, in the order of their names.
+  /// Names of the entries of an object, in the file's order.
   std::vector<std::string> keys() const;
   /// Of a list.
   size_t size() const;
@@ -34,7 +34,7 @@ class JsonNode {
   Eigen::Matrix3d rotation() const;
 
  private:
-  const nlohmann::json& value_;
+  const nlohmann::ordered_json& value_;
   std::string label_;
 };
 

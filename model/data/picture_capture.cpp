@@ -106,14 +106,24 @@ std::pair<Image8, Image8> PictureCapture::read(int frame, int camera) const {
 }
 
 void PictureCapture::measure_background() {
-  for (int camera = 0; camera < static_cast<int>(names_.size()); ++camera) {
-    for (int frame = 0; frame < frame_count(); ++frame) {
+  // A damaged picture is told when it is asked for; so many are a wrong calibration, say, and all would take hours.
+  constexpr int most_damaged = 100;
+  std::optional<Error> first_damage;
+  int damaged = 0;
+  for (int frame = 0; frame < frame_count(); ++frame) {
+    for (int camera = 0; camera < static_cast<int>(names_.size()); ++camera) {
       if (!has_image(frame, camera)) continue;
-      const auto [colour, alpha] = read(frame, camera);
-      background_ = measured_background(colour, alpha);
-      return;
+      try {
+        const auto [colour, alpha] = read(frame, camera);
+        background_ = measured_background(colour, alpha);
+        return;
+      } catch (const Error& damage) {
+        if (!first_damage) first_damage = damage;
+        if (++damaged == most_damaged) throw *first_damage;
+      }
     }
   }
+  if (first_damage) throw *first_damage;
   throw Error::format("{}: no frame of {} has a picture with its mask; are they of another sequence?",
                       layout_.folder.string(), layout_.parameters.string());
 }

@@ -33,9 +33,10 @@ struct PictureLayout {
 
 /// A capture of picture files, read and undistorted at every load (open_capture puts a cache before it).
 ///
-/// At opening, Error for: missing or malformed body parameters; no camera with pictures, or no mask at all. Warned of
-/// once: cameras without pictures; pictures or masks that are missing without being excluded. Pictures are looked into
-/// when loaded: Error for one that does not decode or is of another size than its camera.
+/// At opening, Error for: missing or malformed body parameters; no camera with pictures, no picture that can be read,
+/// or no mask at all. Warned of once: cameras without pictures; pictures or masks that are missing without being
+/// excluded. Pictures are looked into when loaded: Error for one that does not decode or is of another size than its
+/// camera.
 class PictureCapture : public Capture {
  public:
   PictureCapture(PictureLayout layout, const CaptureOptions& options);

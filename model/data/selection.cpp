@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <sstream>
@@ -55,7 +56,7 @@ std::vector<int> select(const std::vector<std::string>& parts, const Selector& s
     const int stride = fields.size() < 3 || fields[2].empty() ? 1 : number(fields[2]).value_or(0);
     if (stride < 1) selector.fail(part, "has a stride that is no number above 0");
     if (first >= last) selector.fail(part, "is empty: ranges leave their last one out");
-    for (int index = first; index < last; index += stride) add(index, part);
+    for (int64_t index = first; index < last; index += stride) add(static_cast<int>(index), part);
   }
   return chosen;
 }

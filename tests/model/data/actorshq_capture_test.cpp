@@ -75,7 +75,39 @@ TEST_CASE("an ActorsHQ capture is found below its root and read by name") {
   CaptureOptions options;
   options.format = "actorshq";
   options.warn = [](const std::string&) {};
+  for (const fs::path& name : {small.scale, small.scale / "", small.scale / "."}) {
+    CAPTURE(name);
+    CHECK(open_uncached_capture(name, options)->frame_count() == small_frames);
+  }
   CHECK(open_uncached_capture(small.scale, options)->identity() == capture->identity());
+}
+
+TEST_CASE("folders that may not be read are passed over in the search for an ActorsHQ capture") {
+  // Also for the superuser: the folder can be named, but no file of it in the 4095 bytes that a path may have.
+  const TemporaryFolder folder;
+  constexpr size_t length = 4085;
+  fs::path path = folder.path();
+  while (path.native().size() + 253 <= length) path /= std::string(250, 'x');
+  path /= std::string(length - path.native().size() - 1, 'x');
+  fs::create_directories(path);
+  CHECK_THROWS_AS(fs::is_regular_file(path / "calibration.csv"), fs::filesystem_error);
+  CHECK(find_actorshq(path.parent_path()).empty());
+}
+
+TEST_CASE("a damaged first picture leaves the others") {
+  SmallActorsHq small;
+  const auto damage = [&](int frame, int camera) {
+    write_text_file(small.scale / fmt::format("rgbs/Cam00{0}/Cam00{0}_rgb{1:06}.png", camera + 1, frame), "no picture");
+  };
+  const std::vector<uint8_t> expected = small.open()->load(1, 0).image.pixels;
+  damage(0, 0);
+  const auto capture = small.open();
+  CHECK(capture->load(1, 0).image.pixels == expected);
+  CHECK_THROWS_WITH(capture->load(0, 0), Contains("Cam001_rgb000000.png: is no picture"));
+  for (int frame = 0; frame < small_frames; ++frame) {
+    for (int camera = 0; camera < 2; ++camera) damage(frame, camera);
+  }
+  CHECK_THROWS_WITH(small.open(), Contains("Cam001_rgb000000.png: is no picture"));
 }
 
 TEST_CASE("pictures at another scale have cameras to match and an identity of their own") {

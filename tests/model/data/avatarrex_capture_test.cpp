@@ -156,6 +156,17 @@ TEST_CASE("pictures with a known distortion are read without it") {
   CHECK(moved > 2);  // or nothing was tested
 }
 
+TEST_CASE("cameras keep the order of the calibration, not that of their names") {
+  SmallAvatarRex small;
+  small.calibration["22010716"]["T"][0] = 0.7;
+  write_text_file(small.calibration_file(),
+                  fmt::format("{{\"22010716\": {}, \"22010708\": {}}}", small.calibration["22010716"].dump(),
+                              small.calibration["22010708"].dump()));
+  const auto capture = small.open();
+  CHECK(capture->camera_names() == std::vector<std::string>{"22010716", "22010708"});
+  CHECK(capture->camera(0).translation.x() == 0.7);
+}
+
 TEST_CASE("masks are cut at 128") {
   SmallAvatarRex small;
   const Sample sample = small.open()->load(0, 1);
@@ -169,9 +180,11 @@ TEST_CASE("views that the capture lists as missing are left out without a warnin
   fs::remove(small.picture("22010716", 3));
   write_text_file(small.folder / "missing_img_files.txt",
                   ".\\22010716\\00000003.jpg\r\n./22010708/00000001.jpg\n\nother/00000002.jpg\n");
+  write_text_file(small.folder / "missing_msk_files.txt", "22010716/mask/pha/00000002.jpg\n");
   const auto capture = small.open();
   CHECK(small.warnings.empty());
   CHECK_FALSE(capture->has_image(3, 1));
+  CHECK_FALSE(capture->has_image(2, 1));
   CHECK_FALSE(capture->has_image(1, 0));
   CHECK(capture->has_image(2, 0));
   CHECK(capture->has_image(1, 1));
@@ -243,7 +256,7 @@ TEST_CASE("what is wrong with an AvatarReX capture is said with file, camera, ke
         bad[random() % bad.size()] ^= std::byte(1 << random() % 7);
       write_file_atomically(small.calibration_file(), bad);
       try {
-        find_avatarrex_layout(small.folder.path(), {});
+        find_avatarrex_layout(small.folder.path());
       } catch (const Error& error) {
         CHECK_THAT(error.what(), Contains("calibration_full.json"));
       }

@@ -22,6 +22,7 @@ TEST_CASE("frames are single ones and ranges without their end") {
   CHECK(frames("0:10:4") == std::vector<int>{0, 4, 8});
   CHECK(frames("7,2:4") == std::vector<int>{7, 2, 3});
   CHECK(frames("::5") == std::vector<int>{0, 5});
+  CHECK(frames("1::2147483647") == std::vector<int>{1});
   CHECK(frames("8:") == std::vector<int>{8, 9});
   CHECK(frames(":2") == std::vector<int>{0, 1});
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <fstream>
 #include <map>
