@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace degas {
@@ -18,7 +19,7 @@ int degree_of(const Tensor& harmonics) {
 }  // namespace
 
 Tensor colors_seen_from(Tape& tape, const std::vector<Eigen::Vector3d>& cameras, const Tensor& positions,
-                        const Tensor& rotations, const Tensor& base_colors, const Tensor& harmonics) {
+                        const Tensor& rotations, const Tensor& base_colors, const Tensor& harmonics, int64_t room) {
   const int count = static_cast<int>(positions.dim(0));
   if (positions.shape() != Shape{count, 3} || rotations.shape() != Shape{count, 4} ||
       base_colors.shape() != positions.shape() || harmonics.shape().size() != 3 || harmonics.dim(0) != count ||
@@ -37,7 +38,7 @@ Tensor colors_seen_from(Tape& tape, const std::vector<Eigen::Vector3d>& cameras,
   Device& device = tape.device();
   const Tensor centers = Tensor::from(device, {camera_count, 3},
                                       std::span<const double>(cameras.front().data(), size_t{3} * camera_count));
-  const Tensor colors(device, {camera_count, count, 3});
+  const Tensor colors(device, {std::max<int64_t>(camera_count, room), count, 3});
   launch(device, "colors_forward", positions, rotations, base_colors, harmonics, centers, colors);
   tape.record("colors_seen_from", {positions, rotations, base_colors, harmonics}, {colors},
               [=, base_colors = base_colors.without_values()](Tape& tape) {

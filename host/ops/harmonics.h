@@ -23,8 +23,10 @@ constexpr int largest_harmonic_degree = 3;  ///< as in 3DGS
 ///   rotations    (N,4) quaternions w,x,y,z of any norm
 ///   base_colors  (N,3)
 ///   harmonics    (N, K, 3), K = 3, 8 or 15 for a degree of 1, 2 or 3
-/// Gradients reach all four; none where the clamp holds a colour at 0. Throws std::logic_error when shapes disagree.
+/// Gradients reach all four; none where the clamp holds a colour at 0. `room`, where it is more than C, is how many
+/// cameras' colours the result has memory for, those beyond C undefined: steps of different numbers of cameras then use
+/// memory of one size. Throws std::logic_error when shapes disagree.
 Tensor colors_seen_from(Tape& tape, const std::vector<Eigen::Vector3d>& cameras, const Tensor& positions,
-                        const Tensor& rotations, const Tensor& base_colors, const Tensor& harmonics);
+                        const Tensor& rotations, const Tensor& base_colors, const Tensor& harmonics, int64_t room = 0);
 
 }  // namespace degas

@@ -54,7 +54,8 @@ std::vector<SplatImage> splat(Tape& tape, SplatWorkspace& workspace, const Splat
   if (given.harmonics.defined()) {
     std::vector<Eigen::Vector3d> centers;
     for (const SplatView& view : given_views) centers.push_back(view.camera.center());
-    splats.colors = colors_seen_from(tape, centers, given.positions, given.rotations, given.colors, given.harmonics);
+    splats.colors = colors_seen_from(tape, centers, given.positions, given.rotations, given.colors, given.harmonics,
+                                     workspace.reserve_views(static_cast<int64_t>(given_views.size())));
   }
   const SplatViews views = upload_views(tape.device(), given_views, options);
   const ProjectedSplats projected = project_splats(workspace, splats, views, options);

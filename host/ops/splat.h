@@ -50,11 +50,12 @@ class SplatWorkspace {
   /// At least `intersections`, rounded up generously; never shrinks.
   int64_t reserve(int64_t intersections);
   /// The most ever asked for: fewer views at once, as validation draws them, then find memory of the sizes they use.
+  int64_t reserve_views(int64_t count) { return views_ = std::max(views_, count); }
   int64_t reserve_projections(int64_t count) { return projections_ = std::max(projections_, count); }
   int64_t reserve_tiles(int64_t count) { return tiles_ = std::max(tiles_, count); }
 
  private:
-  int64_t capacity_ = 0, projections_ = 0, tiles_ = 0;
+  int64_t capacity_ = 0, views_ = 0, projections_ = 0, tiles_ = 0;
 };
 
 /// Draws the splats front to back in the order (depth, index) by EWA splatting (Zwicker et al. 2001; Kerbl et al.

@@ -135,7 +135,5 @@ stored["loss"] = loss.detach().reshape(1).numpy()
 loss.backward()
 for name, value in parameters.items():
     stored["gradient " + name] = value.grad.reshape(-1)[::STRIDE].numpy()[:64].copy()
-# In the order of the names.
-stored["largest_gradients"] = np.array([value.grad.abs().max().item() for _, value in sorted(parameters.items())])
 stored["parameter_count"] = np.array([sum(p.numel() for p in parameters.values())], dtype=np.float64)
 np.savez_compressed("avatar_net.npz", **stored)
