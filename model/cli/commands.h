@@ -13,6 +13,7 @@ void add_encode_faces_command(CLI::App& app);
 void add_eval_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_export_command(CLI::App& app);
+void add_ablate_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 
 }  // namespace degas

@@ -6,9 +6,8 @@
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
 #include "model/data/selection.h"
-#include "model/train/run_lock.h"
 #include "model/train/stop_signal.h"
-#include "model/train/trainer.h"
+#include "model/train/training_run.h"
 #include "model/train/training_views.h"
 
 namespace degas {
@@ -64,27 +63,15 @@ void print_profile(Device& device, int64_t steps) {
 
 void train(const TrainOptions& options) {
   const Config config = config_of(options);
-  const RunFolder run(options.output);
   const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(config));
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);
-  // Wrong names and missing codes are refused before anything is written.
-  BodyModel::load(options.body);
-  allowed_cameras(*capture, config.data);
-  selected_frames(config.data.frames, capture->frame_count(), "data.frames");
-  required_face_code_size(*capture, config);
-  const RunLock lock(options.output);
-  const bool continues = options.resume && run.has_checkpoint();
-  if (continues) {
-    run.require_same_body(options.body);
-  } else {
-    run.create(config, options.body);
-  }
-  Trainer trainer(device, config, *capture, run);
-  if (continues) trainer.resume();
-  fmt::print("{}: {} Gaussians, {} parameters, {} frames x {} cameras, on {}\n", continues ? "continuing" : "training",
-             trainer.avatar().gaussian_count(), trainer.avatar().network().parameters().count(),
+  TrainingRun run(device, config, *capture, options.output, options.body, options.resume);
+  Trainer& trainer = run.trainer();
+  fmt::print("{}: {} Gaussians, {} parameters, {} frames x {} cameras, on {}\n",
+             run.continues() ? "continuing" : "training", trainer.avatar().gaussian_count(),
+             trainer.avatar().network().parameters().count(),
              selected_frames(config.data.frames, capture->frame_count(), "data.frames").size(),
              allowed_cameras(*capture, config.data).size(), device.description().name);
 
@@ -106,7 +93,8 @@ void train(const TrainOptions& options) {
                     : end == TrainingEnd::OutOfTime ? "time is up"
                                                     : "interrupted";
   if (options.profile) print_profile(device, trainer.step() - first_step);
-  fmt::print("{} at step {}; saved {} (go on with --resume)\n", how, trainer.step(), run.checkpoint_file().string());
+  fmt::print("{} at step {}; saved {} (go on with --resume)\n", how, trainer.step(),
+             run.folder().checkpoint_file().string());
 }
 
 }  // namespace

@@ -51,6 +51,8 @@ class Trainer {
   TrainingEnd run(const TrainingBudget& budget, const std::function<void(const TrainingReport&)>& report);
 
   int64_t step() const { return step_; }
+  /// Of training so far, resumed ones included, under a budget in minutes; 0 under one in steps.
+  double minutes_spent() const { return minutes_spent_; }
   const Avatar& avatar() const { return avatar_; }
 
  private:

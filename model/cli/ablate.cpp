@@ -1,0 +1,63 @@
+#include <fmt/format.h>
+#include <memory>
+
+#include "model/cli/commands.h"
+#include "model/cli/study_options.h"
+#include "model/study/ablation.h"
+#include "model/study/json_file.h"
+#include "model/study/studies.h"
+
+namespace degas {
+namespace {
+
+struct AblateOptions {
+  StudyChoice choice;
+  std::string study;
+};
+
+void ablate(const AblateOptions& options) {
+  Variant base = options.choice.base();
+  const StudySetup setup = options.choice.setup(base);
+  base.config.data.hold_out = setup.hold_out;
+  const auto capture = open_capture(setup.data, setup.capture);
+  const std::vector<Variant> variants = study_variants(options.study, base, *capture);
+  std::string table;
+  const auto write = [&](const StudyResult& result) {
+    const nlohmann::json ablation = ablation_json(options.study, setup, variants, result);
+    table = ablation_markdown(ablation);
+    write_json(setup.output / "ablation.json", ablation);
+    write_text(setup.output / "ablation.md", table);
+  };
+  const auto print = [&] {
+    if (!table.empty()) fmt::print("\n{}\nwrote {}\n", table, (setup.output / "ablation.{json,md}").string());
+  };
+  try {
+    run_and_tell(setup, variants, write);
+  } catch (...) {
+    print();
+    throw;
+  }
+  print();
+}
+
+}  // namespace
+
+void add_ablate_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "ablate",
+      "Make one of the paper's studies: train each variant with the same budget, measure all on the held-out cameras\n"
+      "and novel sequences, and print the paper's table with ours beside it. Writes ablation.json and ablation.md;\n"
+      "stopped or killed, the same command goes on");
+  auto options = std::make_shared<AblateOptions>();
+  command
+      ->add_option("--study", options->study,
+                   "encoders: each off; views: 3, 6, 12 and all cameras; face: what tells the expression;\n"
+                   "losses: each term off; size: width and resolution halved and doubled")
+      ->required()
+      ->check(CLI::IsMember(study_names()));
+  add_study_options(*command, options->choice);
+  command->get_option("--out")->required();
+  command->callback([options] { ablate(*options); });
+}
+
+}  // namespace degas

@@ -1,0 +1,21 @@
+#include "model/study/json_file.h"
+
+#include "host/io/file_bytes.h"
+#include "model/data/json_node.h"
+
+namespace degas {
+
+nlohmann::json read_json_if_any(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path)) return {};
+  return read_json(path);
+}
+
+void write_json(const std::filesystem::path& path, const nlohmann::json& json) {
+  write_text(path, json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  write_file_atomically(path, std::as_bytes(std::span<const char>(text)));
+}
+
+}  // namespace degas

@@ -1,0 +1,41 @@
+#include "model/train/training_run.h"
+
+#include "model/data/selection.h"
+#include "model/train/face_codes.h"
+#include "model/train/training_views.h"
+
+namespace degas {
+namespace {
+
+/// The folder, once all that a run is made of has been looked through.
+std::filesystem::path checked(const Config& config, const Capture& capture, const std::filesystem::path& body,
+                              const std::filesystem::path& folder) {
+  BodyModel::load(body);
+  allowed_cameras(capture, config.data);
+  selected_frames(config.data.frames, capture.frame_count(), "data.frames");
+  required_face_code_size(capture, config);
+  return folder;
+}
+
+bool opened(const RunFolder& folder, const Config& config, const std::filesystem::path& body, bool resume) {
+  const bool continues = resume && folder.has_checkpoint();
+  if (continues) {
+    folder.require_same_body(body);
+  } else {
+    folder.create(config, body);
+  }
+  return continues;
+}
+
+}  // namespace
+
+TrainingRun::TrainingRun(Device& device, const Config& config, const Capture& capture,
+                         const std::filesystem::path& folder, const std::filesystem::path& body, bool resume)
+    : folder_(folder),
+      lock_(checked(config, capture, body, folder)),
+      continues_(opened(folder_, config, body, resume)),
+      trainer_(device, config, capture, folder_) {
+  if (continues_) trainer_.resume();
+}
+
+}  // namespace degas

@@ -1,0 +1,141 @@
+#include <signal.h>
+
+#include "tests/support/study_commands.h"
+
+using namespace degas;
+using namespace degas::test;
+using Catch::Contains;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int steps = 16;
+
+/// Four cameras train: "4 (all)" and "3".
+StudyCommand views_study(const TemporaryFolder& folder) {
+  StudyCommand ablate(folder, "ablate", steps);
+  ablate.more = {"--study", "views"};
+  return ablate;
+}
+
+void check_finished(const ProgramResult& result) {
+  CAPTURE(result.output, result.errors, result.ended_by);
+  CHECK(result.exit_code == 0);
+}
+
+}  // namespace
+
+TEST_CASE("a study killed in the middle goes on to the figures of one that was not, and is then finished") {
+  const TemporaryFolder whole_folder, folder;
+  const StudyCommand whole = views_study(whole_folder);
+  StudyCommand ablate = views_study(folder);
+  check_finished(whole());
+  const fs::path first = ablate.output / "4-all-/seed1", second = ablate.output / "3/seed1";
+  {
+    RunningProgram program(ablate.arguments());
+    REQUIRE(await_lines(program, first / "run", 6));
+    program.send(SIGKILL);
+    CHECK(program.wait().ended_by == SIGKILL);
+    CHECK_FALSE(fs::exists(first / "record.json"));
+  }
+  {
+    RunningProgram program(ablate.arguments());
+    REQUIRE(await_lines(program, second / "run", 6));
+    program.send(SIGINT);
+    const ProgramResult result = program.wait();
+    check_finished(result);
+    CHECK_THAT(result.output, Contains("interrupted; the same command goes on") && Contains("4 (all)"));
+    CHECK(json::parse(file_text(ablate.output / "ablation.json")).at("variants").size() == 1);
+  }
+  check_finished(ablate());
+  for (const char* run : {"4-all-/seed1/run", "3/seed1/run"}) {
+    check_history(ablate.output / run, steps);
+    const bool same =
+        file_text(ablate.output / run / "checkpoint.bin") == file_text(whole.output / run / "checkpoint.bin");
+    CHECK(same);
+  }
+  const json ablation = json::parse(file_text(ablate.output / "ablation.json"));
+  const json& variants = ablation.at("variants");
+  REQUIRE(variants.size() == 2);
+  CHECK(ablation.at("measured_on") == json::array({"view", "novel P1C2"}));
+  CHECK(variants[1].at("name") == "3");
+  CHECK(variants[1].at("paper")[0].at("figures").at("psnr") == 29.66);
+  const json& run = variants[1].at("runs")[0];
+  for (const char* key : {"command", "commit", "budget", "config", "memory_mib"}) CHECK(run.contains(key));
+  for (const char* key : {"device", "driver", "minutes", "steps", "parameters", "gaussians", "memory_mib"})
+    CHECK(run.at("training").contains(key));
+  CHECK(run.at("training").at("steps") == steps);
+  CHECK(run.at("training").at("minutes") > 0);
+  // The differences are those of the metrics, whose means they are.
+  const auto psnr = [&](size_t i) {
+    return variants[i].at("runs")[0].at("evaluations").at("view").at("metrics").at("psnr").get<double>();
+  };
+  CHECK(variants[1].at("evaluations").at("view").at("difference").at("psnr").at("mean").get<double>() ==
+        Approx(psnr(1) - psnr(0)).margin(1e-5));
+  CHECK(variants[0].at("evaluations").at("view").at("difference").at("psnr").at("mean") == 0);
+  CHECK_THAT(file_text(ablate.output / "ablation.md"), Contains("| 4 (all)") && Contains("3 PSNR 29.66"));
+
+  // Once more: nothing is run again.
+  const std::string record = file_text(second / "record.json");
+  const auto written = fs::last_write_time(second / "record.json");
+  const ProgramResult again = ablate();
+  check_finished(again);
+  CHECK_THAT(again.output, Contains("3 PSNR 29.66") && !Contains("step "));
+  const bool same =
+      file_text(second / "record.json") == record && fs::last_write_time(second / "record.json") == written;
+  CHECK(same);
+
+  // Another plan into the same folder is refused.
+  ablate.more.insert(ablate.more.end(), {"--iterations", "17"});
+  check_refused(ablate(), {"seed1: was made by another plan: ", "train.iterations (16 / 17)", "--out"});
+}
+
+TEST_CASE("studies that cannot be made are refused before anything is written") {
+  const TemporaryFolder folder;
+  StudyCommand ablate = views_study(folder);
+  SECTION("no such study") {
+    ablate.more = {"--study", "hats"};
+    const ProgramResult result = ablate();
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.errors, Contains("--study") && Contains("hats") && Contains("encoders"));
+  }
+  SECTION("no such camera") {
+    ablate.more.insert(ablate.more.end(), {"--set", "data.cameras=cam77"});
+    check_refused(ablate(), {"no camera 'cam77'"});
+  }
+  SECTION("nothing held out") {
+    StudyCommand none = ablate;
+    auto words = none.arguments();
+    words.erase(std::find(words.begin(), words.end(), "--hold-out"), std::find(words.begin(), words.end(), "--cache"));
+    check_refused(run_program(words), {"--hold-out: no camera is held out"});
+  }
+  SECTION("a novel sequence that is none") {
+    ablate.more.insert(ablate.more.end(), {"--novel", folder / "none"});
+    check_refused(ablate(), {"none: no such folder"});
+  }
+  SECTION("two budgets") {
+    ablate.more.insert(ablate.more.end(), {"--minutes", "1", "--iterations", "5"});
+    const ProgramResult result = ablate();
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.errors, Contains("--iterations") && Contains("--minutes"));
+  }
+  CHECK_FALSE(fs::exists(ablate.output));
+}
+
+TEST_CASE("a variant that cannot be trained is told of, and the others go on") {
+  const TemporaryFolder folder;
+  StudyCommand ablate(folder, "ablate", 2);
+  ablate.more = {"--study", "losses",
+                 "--set",   "loss.ssim_weight=0",
+                 "--set",   "loss.offset_weight=0",
+                 "--set",   "loss.scale_weight=0",
+                 "--set",   "loss.collapse_weight=0",
+                 "--set",   "loss.lpips_weights=/none.npz"};
+  const ProgramResult result = ablate();
+  CAPTURE(result.output, result.errors);
+  CHECK(result.exit_code == 2);
+  CHECK_THAT(result.errors, Contains("1 of 2 runs could not be made: with LPIPS: LPIPS weights: /none.npz"));
+  CHECK_THAT(result.output, Contains("| all terms"));
+  CHECK_THAT(file_text(ablate.output / "ablation.md"), Contains("Not trained: with LPIPS"));
+}
