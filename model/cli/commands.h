@@ -7,6 +7,7 @@ namespace degas {
 /// Each adds its subcommand with its help text; the subcommand runs when the line is parsed. One file per command.
 void add_devices_command(CLI::App& app);
 void add_synth_command(CLI::App& app);
+void add_body_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);
 void add_train_command(CLI::App& app);
 void add_encode_faces_command(CLI::App& app);

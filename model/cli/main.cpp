@@ -16,6 +16,7 @@ int main(int count, char** arguments) {
   app.get_formatter()->column_width(34);
   degas::add_devices_command(app);
   degas::add_synth_command(app);
+  degas::add_body_command(app);
   degas::add_inspect_command(app);
   degas::add_train_command(app);
   degas::add_encode_faces_command(app);

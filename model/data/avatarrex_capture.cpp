@@ -6,7 +6,7 @@
 
 #include "host/error.h"
 #include "host/io/file_bytes.h"
-#include "model/data/json_node.h"
+#include "host/io/json_node.h"
 
 namespace degas {
 namespace fs = std::filesystem;

@@ -1,7 +1,7 @@
 #include "model/data/dreams_calibration.h"
 
 #include "host/error.h"
-#include "model/data/json_node.h"
+#include "host/io/json_node.h"
 
 namespace degas {
 namespace {

@@ -1,4 +1,4 @@
-#include "model/data/json_node.h"
+#include "host/io/json_node.h"
 
 #include <fmt/format.h>
 

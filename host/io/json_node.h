@@ -18,6 +18,7 @@ class JsonNode {
   JsonNode(const nlohmann::ordered_json& value, std::string label) : value_(value), label_(std::move(label)) {}
 
   [[noreturn]] void fail(const std::string& reason) const;
+  bool is_null() const { return value_.is_null(); }
   bool has(const std::string& key) const { return value_.is_object() && value_.contains(key); }
   JsonNode operator[](const std::string& key) const;
   JsonNode operator[](size_t index) const;
