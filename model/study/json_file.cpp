@@ -1,7 +1,7 @@
 #include "model/study/json_file.h"
 
 #include "host/io/file_bytes.h"
-#include "model/data/json_node.h"
+#include "host/io/json_node.h"
 
 namespace degas {
 
