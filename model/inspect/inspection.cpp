@@ -20,7 +20,6 @@ namespace {
 constexpr int largest_side = 640, trial_side = 320;  ///< pixels of pictures looked at, and of those tried on
 constexpr int about_trials = 80;                     ///< pictures that misreadings are tried on
 constexpr int face_rows = 4, frontal_views = 4;
-constexpr double head_share_of_smplx = 0.75;  ///< its head has 88 % of its texels in the quarter
 
 /// Camera and picture made small enough that no side exceeds `side`.
 void shrink(int side, Camera& view, Image8& image) {
@@ -249,13 +248,22 @@ void Inspector::judge_fit() {
 void Inspector::draw_atlas() {
   const AtlasPicture atlas = atlas_picture(*body_);
   result_.atlas_png = atlas.png;
-  result_.head_in_quarter = atlas.head_in_quarter;
-  if (atlas.head_in_quarter >= head_share_of_smplx) return;
+  result_.face_region = atlas.face_region;
+  const FaceRegion& region = atlas.face_region;
+  const bool holds_head = region.head_share >= head_share_of_smplx;
+  if (region.is_smplx() && holds_head) return;
+  const std::string place = fmt::format(
+      "{:.0f} % of the head's texels lie in the square from u {:.2f}, v {:.2f} rightwards and down, where "
+      "the network puts the face",
+      100 * region.head_share, region.column / 16.0, 1 - region.row / 16.0);
   result_.warnings.push_back(
-      fmt::format("{}: only {:.0f} % of the head's texels lie in the upper left quarter of the UV atlas, where the "
-                  "network puts the "
-                  "face: this is not SMPL-X's UV layout; take the body model's file with the other 'vt' and 'ft'",
-                  body_->path().string(), 100 * atlas.head_in_quarter));
+      holds_head
+          ? fmt::format("{}: this is not SMPL-X's UV layout, whose head lies in the upper left quarter: {}; if it "
+                        "was meant to be, take the file with the other 'vt' and 'ft' (is v turned over?)",
+                        body_->path().string(), place)
+          : fmt::format("{}: no quarter of the UV atlas holds the head: only {}; take the body model's file with "
+                        "the other 'vt' and 'ft'",
+                        body_->path().string(), place));
 }
 
 void Inspector::draw_plan() {

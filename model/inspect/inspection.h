@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "model/body/body_model.h"
+#include "model/body/face_region.h"
 #include "model/data/capture.h"
 #include "model/inspect/diagnosis.h"
 
@@ -43,7 +43,7 @@ struct Inspection {
   std::map<std::pair<int, int>, double> overlaps;  ///< by (frame, camera): silhouette and mask
   std::optional<double> mask_iou_mean, mask_iou_min;
   std::optional<Diagnosis> diagnosis;
-  std::optional<double> head_in_quarter;  ///< part of the head's texels in the atlas' upper left quarter
+  std::optional<FaceRegion> face_region;  ///< where the head lies in the UV atlas
   std::vector<PagePicture> overlays, face_rows;
   std::string atlas_png, plan_svg;
   std::vector<std::string> notes;     ///< what cannot be told, and why

@@ -15,6 +15,14 @@ json optional_number(const std::optional<double>& value) {
   return value ? json(*value) : json();
 }
 
+/// Where the head lies in the atlas: parts of its side from the left and from the top.
+json face_region_json(const Inspection& inspection) {
+  const std::optional<FaceRegion>& region = inspection.face_region;
+  if (!region) return {};
+  constexpr double grid = FaceRegion::grid;
+  return {{"left", region->column / grid}, {"top", region->row / grid}, {"head_share", region->head_share}};
+}
+
 std::string number_text(const std::optional<double>& value, int decimals) {
   return value ? fmt::format("{:.{}f}", *value, decimals) : std::string("&ndash;");
 }
@@ -127,7 +135,7 @@ json inspection_json(const Inspection& inspection) {
           {"mask_iou_mean", optional_number(inspection.mask_iou_mean)},
           {"mask_iou_min", optional_number(inspection.mask_iou_min)},
           {"reprojection_rms_px", json()},  // no format read here has 2-D keypoints
-          {"head_in_face_quarter", optional_number(inspection.head_in_quarter)},
+          {"face_region", face_region_json(inspection)},
           {"suspected", suspected},
           {"trials", trials},
           {"notes", inspection.notes},
@@ -148,11 +156,11 @@ std::string inspection_page(const Inspection& inspection, const std::string& tit
   html += overlap_table(inspection) + trial_table(inspection);
   html += "<h2>Plan of the cameras</h2>" + inspection.plan_svg;
   if (!inspection.atlas_png.empty()) {
-    html +=
-        "<h2>UV atlas</h2>" + figure(inspection.atlas_png, "png",
-                                     fmt::format("Orange: the head, {:.0f} % of it in the upper left quarter (framed), "
-                                                 "which is the network's region for the face.",
-                                                 100 * inspection.head_in_quarter.value_or(0)));
+    html += "<h2>UV atlas</h2>" +
+            figure(inspection.atlas_png, "png",
+                   fmt::format("Orange: the head, {:.0f} % of it in the network's region for the face "
+                               "(framed).",
+                               100 * inspection.face_region->head_share));
   }
   html += pictures("<h2>Faces, the most frontal first</h2>", inspection.face_rows);
   return html + "</body></html>\n";

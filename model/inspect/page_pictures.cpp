@@ -1,7 +1,6 @@
 #include "model/inspect/page_pictures.h"
 
 #include <algorithm>
-#include <set>
 
 #include "model/body/uv_atlas.h"
 #include "model/train/boxes.h"
@@ -48,29 +47,25 @@ AtlasPicture atlas_picture(const BodyModel& body) {
   const UvAtlas atlas(body, side);
   const std::vector<Eigen::Vector3d> normals = vertex_normals(body.faces(), body.canonical_vertices({}, {}));
   const std::vector<float> map = atlas.map(normals);
-  const std::vector<int> head_vertices = body.head_vertices();
-  const std::set<int> head(head_vertices.begin(), head_vertices.end());
+  const std::vector<bool> head = head_triangles(body);
   Image8 picture = Image8::black(side, side, 3);
   std::fill(picture.pixels.begin(), picture.pixels.end(), uint8_t{245});
-  int texels = 0, in_quarter = 0;
   for (const int index : atlas.covered()) {
-    const auto& face = atlas.faces()[static_cast<size_t>(atlas.texels()[static_cast<size_t>(index)].triangle)];
-    const bool is_head = head.count(face[0]) > 0 && head.count(face[1]) > 0 && head.count(face[2]) > 0;
-    texels += is_head;
-    in_quarter += is_head && index % side < side / 2 && index / side < side / 2;
     const auto texel = static_cast<size_t>(index);
+    const bool is_head = head[static_cast<size_t>(atlas.texels()[texel].triangle)];
     const float light = 0.65F + 0.35F * map[3 * texel + 2];
     const std::array<float, 3> colour =
         is_head ? std::array<float, 3>{240, 160, 70} : std::array<float, 3>{110, 150, 190};
     for (size_t c = 0; c < 3; ++c) picture.pixels[3 * texel + c] = static_cast<uint8_t>(light * colour[c]);
   }
-  for (int i = 0; i <= side / 2; ++i) {
-    for (const auto& [x, y] : {std::pair(i, 0), {0, i}, {i, side / 2}, {side / 2, i}}) {
-      uint8_t* pixel = picture.at(x, y);
+  const FaceRegion region = find_face_region(body);
+  for (int i = 0; i < side / 2; ++i) {
+    for (const auto& [x, y] : {std::pair(i, 0), {0, i}, {i, side / 2 - 1}, {side / 2 - 1, i}}) {
+      uint8_t* pixel = picture.at(region.left(side) + x, region.top(side) + y);
       pixel[0] = 200, pixel[1] = 30, pixel[2] = 30;
     }
   }
-  return {text_of(encode_image(picture, ".png")), texels > 0 ? static_cast<double>(in_quarter) / texels : 0};
+  return {text_of(encode_image(picture, ".png")), region};
 }
 
 }  // namespace degas

@@ -16,8 +16,8 @@ Image8 face_crop(const Image8& picture, const BodyModel& body, const Pose& pose,
                  const Camera& view);
 
 struct AtlasPicture {
-  std::string png;             ///< 256x256: shaded by the surface's normals, the head in orange, the quarter framed
-  double head_in_quarter = 0;  ///< part of the head's texels in the upper left quarter
+  std::string png;  ///< 256x256: shaded by the surface's normals, the head in orange, the face region framed
+  FaceRegion face_region;
 };
 AtlasPicture atlas_picture(const BodyModel& body);
 

@@ -28,9 +28,10 @@ void require_shape(const char* name, const Tensor& tensor, int64_t size) {
 }  // namespace
 
 AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size, const Tensor& joint_masks,
-                     uint64_t seed)
+                     uint64_t seed, const FaceRegion& face_region)
     : config_(without_inputs_if_static(config)),
       face_code_size_(config.static_maps ? 0 : face_code_size),
+      face_region_(face_region),
       store_(device, seed),
       encoder_weights_(std::make_shared<LayerWeights>()) {
   const BlockContext context{store_, config_, encoder_weights_};
@@ -63,7 +64,9 @@ AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size
 }
 
 Tensor AvatarNet::inject_face(Tape& tape, const Tensor& map, const Tensor& face_map) const {
-  return face_map.defined() ? overwrite_region(tape, map, face_map, 0, 0) : map;
+  if (!face_map.defined()) return map;
+  const int side = config_.resolution / 8;
+  return overwrite_region(tape, map, face_map, face_region_.top(side), face_region_.left(side));
 }
 
 AvatarNet::Encoding AvatarNet::encode(Tape& tape, const Inputs& inputs, std::optional<uint64_t> noise_seed) const {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "model/body/face_region.h"
 #include "model/config.h"
 #include "model/net/decoder.h"
 #include "model/net/encoders.h"
@@ -14,7 +15,7 @@ namespace degas {
 ///
 /// Sizes at any resolution R: the joint feature has side R/8 and the face map R/16, both decoders start at side 4, and
 /// the posed-vertex encoder ends there; the lists of channels, given for R = 512, are cut or extended as encoder_levels
-/// and decoder_levels say. The face map replaces the top-left quarter (the head's place in the UV layout) of each map.
+/// and decoder_levels say. The face map replaces the face region of each map: in SMPL-X's UV layout the top-left quarter.
 /// Where every map is switched off, a trained constant stands in their place: with the face code off too (static_maps)
 /// the output depends on no input. The world's normals join behind the face map, which does not cover them: the light
 /// falls on the face as on the rest.
@@ -32,8 +33,9 @@ class AvatarNet {
   };
 
   /// face_code_size: 0 leaves the face code out. joint_masks: (R/8, R/8, J), positive where joint 1 + j moves the texel;
-  /// throws Error when it does not fit R.
-  AvatarNet(Device& device, const NetConfig& config, int face_code_size, const Tensor& joint_masks, uint64_t seed);
+  /// throws Error when it does not fit R. face_region: where the head lies in the UV layout.
+  AvatarNet(Device& device, const NetConfig& config, int face_code_size, const Tensor& joint_masks, uint64_t seed,
+            const FaceRegion& face_region = {});
 
   /// noise_seed: draws the latent's noise for a training step; without it z is the mean. Inputs whose switch is off may
   /// be undefined; others must have their shape (std::logic_error).
@@ -52,6 +54,7 @@ class AvatarNet {
 
   NetConfig config_;
   int face_code_size_;
+  FaceRegion face_region_;
   ParameterStore store_;
   std::shared_ptr<LayerWeights> encoder_weights_;
   std::optional<PoseEmbedding> pose_;

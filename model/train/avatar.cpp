@@ -21,7 +21,8 @@ Avatar::Avatar(Device& device, const Config& config, BodyModel body, std::vector
       betas_(std::move(betas)),
       atlas_(body_, config.net.resolution),
       skeleton_(make_skeleton(device, body_, betas_)),
-      network_(device, config.net, face_code_size, upload_joint_masks(device, body_, config.net), config.train.seed) {
+      network_(device, config.net, face_code_size, upload_joint_masks(device, body_, config.net), config.train.seed,
+               find_face_region(body_)) {
   const GaussianConfig& gaussians = config.gaussians;
   const BaseMaps maps =
       make_base_maps(body_, betas_, atlas_, gaussians.max_influences, gaussians.thin_axis, gaussians.skinning);

@@ -58,7 +58,9 @@ TEST_CASE("inspect shows a synthetic capture with its body, and refuses what is 
   CHECK(all.found.at("reprojection_rms_px").is_null());
   CHECK(all.found.at("suspected").empty());
   CHECK(all.found.at("warnings").empty());
-  CHECK(all.found.at("head_in_face_quarter").get<double>() > 0.75);
+  CHECK(all.found.at("face_region").at("left") == 0);
+  CHECK(all.found.at("face_region").at("top") == 0);
+  CHECK(all.found.at("face_region").at("head_share").get<double>() > 0.75);
   CHECK_THAT(all.output, Contains("6 frames, 5 cameras, body parameters, masks, face codes of") &&
                              Contains("nothing seems wrong") && Contains("index.html"));
   for (const char* part :

@@ -193,6 +193,28 @@ TEST_CASE("world normals reach the face, where the face map hides the posed vert
   CHECK(face(inputs) != face(other_normals));
 }
 
+TEST_CASE("the face map lies where the head does in the atlas") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  const NetConfig config = small_config();
+  const FaceRegion region = GENERATE(FaceRegion{}, FaceRegion{8, 8}, FaceRegion{3, 5});
+  AvatarNet net(device, config, code_size, all_masks(device, config.resolution), 1, region);
+  AvatarNet::Inputs inputs = random_inputs(device, 10), other_face = inputs;
+  other_face.face_code = random_inputs(device, 20).face_code;
+  const std::vector<double> one = feature(net, inputs), two = feature(net, other_face);
+  const int side = config.resolution / 8, channels = static_cast<int>(one.size()) / (side * side);
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const int row = y - region.row, column = x - region.column;  // the feature's side is the region's grid
+      const auto begin = (y * side + x) * channels;
+      const bool same = std::equal(one.begin() + begin, one.begin() + begin + channels, two.begin() + begin);
+      CAPTURE(x, y);
+      // Two 3x3 convolutions follow: what is three texels away is untouched.
+      if (row >= 0 && row < side / 2 && column >= 0 && column < side / 2) REQUIRE(!same);
+      if (row < -2 || row > side / 2 + 1 || column < -2 || column > side / 2 + 1) REQUIRE(same);
+    }
+  }
+}
+
 TEST_CASE("static maps depend on no input and still train") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   NetConfig config = small_config();
