@@ -1,10 +1,12 @@
 // Convolutions of the network (full and quick configurations) and of LPIPS: time and rate of the forward pass, plain
 // and with bias and leaky ReLU, and of both gradients, with oneDNN beside them where the build found it and the device
-// is a CPU.
+// is a CPU; with --tune tuned parameters, and the built-in ones beside them.
 #include <fmt/format.h>
 
 #include "bench/support/harness.h"
 #include "bench/support/onednn_conv2d.h"
+#include "host/device/tuner.h"
+#include "host/device/user_cache.h"
 
 using namespace degas;
 using namespace degas::bench;
@@ -131,6 +133,16 @@ int main(int count, char** values) {
       const Conv2dGeometry g = layer.geometry();
       row.gflop = 2e-9 * static_cast<double>(g.output_pixels()) * g.taps() * g.depth() * g.output_channels;
       row.time = measure_ours(bench, layer, direction);
+      if (bench.arguments.tune != TuneMode::Off) {
+        row.peer = "the same with built-in parameters";
+        row.peer_time = row.time;
+        bench.device.set_tuner(
+            std::make_unique<Tuner>(bench.device, bench.arguments.tune, cache_folder() / "tuning.json"));
+        row.time = measure_ours(bench, layer, direction);
+        bench.device.set_tuner(nullptr);
+        bench.report.add(row);
+        continue;
+      }
 #ifdef DEGAS_HAVE_ONEDNN
       // oneDNN 2.6 overruns its buffers in the weight gradient of a 1x1 stride-2 layer of three channels.
       const bool overruns =

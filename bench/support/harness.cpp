@@ -103,13 +103,20 @@ Arguments parse_arguments(int count, char** values) {
       arguments.clock = values[++i] == std::string("cpu") ? Clock::Cpu : Clock::Wall;
       continue;
     }
+    if (key == "--tune" && i + 1 < count &&
+        (values[i + 1] == std::string("fast") || values[i + 1] == std::string("full"))) {
+      arguments.tune = values[++i] == std::string("full") ? TuneMode::Full : TuneMode::Fast;
+      continue;
+    }
     std::string* target = key == "--json"     ? &arguments.json
                           : key == "--device" ? &arguments.device
                           : key == "--filter" ? &arguments.filter
                                               : nullptr;
     if (!target || i + 1 == count) {
-      fmt::print("usage: {} [--json FILE] [--device INDEX|NAME] [--filter PART_OF_A_NAME] [--clock wall|cpu]\n",
-                 values[0]);
+      fmt::print(
+          "usage: {} [--json FILE] [--device INDEX|NAME] [--filter PART_OF_A_NAME] [--clock wall|cpu] "
+          "[--tune fast|full]\n",
+          values[0]);
       std::exit(key == "--help" ? 0 : 2);
     }
     *target = values[++i];

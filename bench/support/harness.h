@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/autograd/tape.h"
+#include "host/device/tuning_table.h"
 
 namespace degas::bench {
 
@@ -42,10 +43,11 @@ struct Peaks {
 };
 Peaks measure_peaks(Device& device, Clock clock = Clock::Wall);
 
-/// Command line of every benchmark: [--json FILE] [--device SELECTOR] [--filter TEXT] [--clock wall|cpu]; prints help
-/// and exits on others.
+/// Command line of every benchmark: [--json FILE] [--device SELECTOR] [--filter TEXT] [--clock wall|cpu], and
+/// [--tune fast|full] for those that show what tuning gains; prints help and exits on others.
 struct Arguments {
   std::string json, device, filter;
+  TuneMode tune = TuneMode::Off;
   Clock clock = Clock::Wall;
 
   DeviceOptions device_options() const;

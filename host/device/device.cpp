@@ -4,6 +4,7 @@
 #include <unordered_map>
 
 #include "host/device/program.h"
+#include "host/device/tuner.h"
 #include "host/error.h"
 
 namespace degas {
@@ -57,6 +58,10 @@ Device::Device(const DeviceOptions& options) : options_(options), open_cl_(std::
   const FoundDevice found = select_device(options.selector);
   description_ = found.description;
   kernel_set_ = options.kernel_set.value_or(description_.is_cpu ? KernelSet::Wide : KernelSet::Gpu);
+  const DeviceFamily own = family_of(description_);
+  const DeviceFamily fitting = is_wide() ? (description_.is_cpu ? own : DeviceFamily::WideCpu)
+                                         : (description_.is_cpu ? DeviceFamily::OtherGpu : own);
+  family_ = options.family.value_or(fitting);
   if (options.real == Real::Double && !description_.has_double) {
     throw Error::format("device {}: has no double precision (cl_khr_fp64)", description_.name);
   }
@@ -91,10 +96,10 @@ Kernel Device::kernel(const std::string& file, const std::string& name, const De
         "-cl-std=CL1.2 -cl-mad-enable -cl-no-signed-zeros{} -DREAL={} -DREAL_IS_DOUBLE={} -DV={} -DWIDE={}{}",
         options_.flush_denormals ? " -cl-denorms-are-zero" : "", real_bytes() == 8 ? "double" : "float",
         real_bytes() == 8 ? 1 : 0, vector_width(), is_wide() ? 1 : 0, key.substr(file.size()));
-    const std::string source = kernel_source(file + ".cl", options_.kernel_folder);
-    program = open_cl_->programs
-                  .emplace(key, build_program(open_cl_->context, open_cl_->device, file + ".cl", source, options))
-                  .first;
+    program =
+        open_cl_->programs
+            .emplace(key, build_program(open_cl_->context, open_cl_->device, file + ".cl", kernel_text(file), options))
+            .first;
   }
   cl_int status = CL_SUCCESS;
   cl_kernel handle = clCreateKernel(program->second, name.c_str(), &status);
@@ -102,6 +107,14 @@ Kernel Device::kernel(const std::string& file, const std::string& name, const De
     throw std::logic_error(fmt::format("kernels/{}.cl has no kernel '{}' ({})", file, name, status));
   const auto built = open_cl_->kernels.emplace(kernel_key, OpenCl::Built{handle, file + "/" + name}).first;
   return Kernel(*this, handle, &built->second.name);
+}
+
+std::string Device::kernel_text(const std::string& file) const {
+  return kernel_source(file + ".cl", options_.kernel_folder);
+}
+
+void Device::set_tuner(std::unique_ptr<Tuner> tuner) {
+  tuner_ = std::move(tuner);
 }
 
 template <typename Enqueue>

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "host/device/device_family.h"
 #include "host/device/device_list.h"
 #include "host/device/memory_pool.h"
 #include "host/device/profiler.h"
@@ -16,6 +17,7 @@
 namespace degas {
 
 class Device;
+class Tuner;
 
 /// The two families of kernel parameters. Wide: explicit vectors of 16, a work-group's loop is one item's (CPUs).
 /// Gpu: scalar or short vectors, cooperative work-groups with local memory. Both run on any device.
@@ -27,6 +29,7 @@ enum class Real { Float, Double };
 struct DeviceOptions {
   std::string selector;                 ///< index of `degas devices`, or part of a device or platform name; empty: best
   std::optional<KernelSet> kernel_set;  ///< default: Wide on CPUs, Gpu elsewhere
+  std::optional<DeviceFamily> family;   ///< whose parameters to start from; default: the device's own
   Real real = Real::Float;
   bool profile = false;                 ///< time every launch by events
   bool poison_memory = false;           ///< fill fresh memory with NaN bits: tests see reads of what nobody wrote
@@ -107,6 +110,8 @@ class Device {
   const DeviceDescription& description() const { return description_; }
   KernelSet kernel_set() const { return kernel_set_; }
   bool is_wide() const { return kernel_set_ == KernelSet::Wide; }
+  /// The device's own, unless its kernel set is not the one for such a device: then one that the set suits.
+  DeviceFamily family() const { return family_; }
   /// 4 or 8: bytes of a REAL.
   size_t real_bytes() const { return options_.real == Real::Double ? 8 : 4; }
   /// Vector width V that pointwise kernels are built with: 16 (wide) or 1 (GPU).
@@ -114,8 +119,15 @@ class Device {
 
   /// The kernel `name` of kernels/`file`.cl, built with REAL, V, WIDE (0 or 1) and the given defines; kept.
   Kernel kernel(const std::string& file, const std::string& name, const Defines& defines = {});
+  /// What kernels/`file`.cl is built from.
+  std::string kernel_text(const std::string& file) const;
+  /// Chooses the parameters of kernels that have any to choose; null: they take their defaults.
+  Tuner* tuner() const { return tuner_.get(); }
+  void set_tuner(std::unique_ptr<Tuner> tuner);
   /// Work-group size for pointwise kernels whose item i owns the V elements from i * V.
-  Range pointwise_local() const { return {is_wide() ? size_t{64} : size_t{256}}; }
+  Range pointwise_local() const {
+    return {is_wide() ? size_t{64} : family_ == DeviceFamily::Mobile ? size_t{128} : size_t{256}};
+  }
   Range pointwise_global(int64_t elements) const {
     return {static_cast<size_t>((elements + vector_width() - 1) / vector_width())};
   }
@@ -153,10 +165,12 @@ class Device {
   DeviceOptions options_;
   DeviceDescription description_;
   KernelSet kernel_set_;
+  DeviceFamily family_;
   std::unique_ptr<OpenCl> open_cl_;
   std::unique_ptr<MemoryPool> pool_;
   std::shared_ptr<Memory> zeros_;
   Profiler profiler_;
+  std::unique_ptr<Tuner> tuner_;
   Stage stage_;
   size_t launches_ = 0;
 };

@@ -51,6 +51,7 @@ std::vector<FoundDevice> find_devices() {
       DeviceDescription d;
       d.index = static_cast<int>(found.size());
       d.name = device_text(id, CL_DEVICE_NAME);
+      d.vendor = device_text(id, CL_DEVICE_VENDOR);
       d.platform = text_of([&](size_t n, void* data, size_t* needed) {
         clGetPlatformInfo(platform, CL_PLATFORM_NAME, n, data, needed);
       });
@@ -58,6 +59,8 @@ std::vector<FoundDevice> find_devices() {
       d.driver = device_text(id, CL_DRIVER_VERSION);
       d.is_cpu = device_value<cl_device_type>(id, CL_DEVICE_TYPE) & CL_DEVICE_TYPE_CPU;
       d.has_double = device_text(id, CL_DEVICE_EXTENSIONS).find("cl_khr_fp64") != std::string::npos;
+      d.local_memory_is_own = device_value<cl_device_local_mem_type>(id, CL_DEVICE_LOCAL_MEM_TYPE) == CL_LOCAL;
+      d.vector_width = static_cast<int>(device_value<cl_uint>(id, CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT));
       d.compute_units = static_cast<int>(device_value<cl_uint>(id, CL_DEVICE_MAX_COMPUTE_UNITS));
       d.global_bytes = device_value<cl_ulong>(id, CL_DEVICE_GLOBAL_MEM_SIZE);
       d.largest_buffer_bytes = device_value<cl_ulong>(id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);

@@ -12,9 +12,11 @@ namespace degas {
 /// What a device says of itself. Sizes in bytes.
 struct DeviceDescription {
   int index = 0;  ///< in `degas devices`' order
-  std::string name, platform, version, driver;
+  std::string name, vendor, platform, version, driver;
   bool is_cpu = false, has_double = false;
+  bool local_memory_is_own = false;  ///< else it lies in global memory
   int compute_units = 0;
+  int vector_width = 1;  ///< floats in a vector of the hardware
   size_t global_bytes = 0, largest_buffer_bytes = 0, local_bytes = 0, largest_work_group = 0;
 };
 

@@ -1,14 +1,11 @@
 #include "host/device/program.h"
 
-#include <unistd.h>
-
-#include <cstdint>
-#include <cstdlib>
 #include <fstream>
 #include <set>
 #include <sstream>
 #include <vector>
 
+#include "host/device/user_cache.h"
 #include "host/error.h"
 
 namespace degas {
@@ -41,16 +38,6 @@ void expand(const std::string& file, const fs::path& folder, std::set<std::strin
   }
 }
 
-/// FNV-1a with two offsets: 128 bits, far more than a cache of some hundred files needs.
-std::string hash(const std::string& text) {
-  uint64_t low = 0xcbf29ce484222325u, high = 0x84222325cbf29ce4u;
-  for (unsigned char c : text) {
-    low = (low ^ c) * 0x100000001b3u;
-    high = (high ^ c ^ 0x5au) * 0x100000001b3u;
-  }
-  return fmt::format("{:016x}{:016x}", low, high);
-}
-
 std::string device_text(cl_device_id device, cl_device_info key) {
   size_t bytes = 0;
   clGetDeviceInfo(device, key, 0, nullptr, &bytes);
@@ -78,19 +65,10 @@ void store_binary(cl_program program, const fs::path& path) {
   size_t bytes = 0;
   if (clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof(bytes), &bytes, nullptr) != CL_SUCCESS || !bytes)
     return;
-  std::vector<unsigned char> binary(bytes);
-  unsigned char* data = binary.data();
+  std::string binary(bytes, '\0');
+  auto* data = reinterpret_cast<unsigned char*>(binary.data());
   if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof(data), &data, nullptr) != CL_SUCCESS) return;
-  // A cache that cannot be written costs time, not correctness: failures are let go.
-  std::error_code ignored;
-  fs::create_directories(path.parent_path(), ignored);
-  const fs::path temporary = path.string() + fmt::format(".{}.tmp", getpid());
-  {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(binary.data()), static_cast<std::streamsize>(bytes));
-    if (!stream) return;
-  }
-  fs::rename(temporary, path, ignored);
+  replace_cache_file(path, binary);
 }
 
 }  // namespace
@@ -102,17 +80,10 @@ std::string kernel_source(const std::string& file, const fs::path& folder) {
   return out;
 }
 
-fs::path cache_folder() {
-  if (const char* own = std::getenv("DEGAS_CACHE")) return own;
-  if (const char* xdg = std::getenv("XDG_CACHE_HOME")) return fs::path(xdg) / "degas";
-  if (const char* home = std::getenv("HOME")) return fs::path(home) / ".cache" / "degas";
-  return fs::temp_directory_path() / "degas-cache";
-}
-
 cl_program build_program(cl_context context, cl_device_id device, const std::string& name, const std::string& source,
                          const std::string& options) {
-  const std::string key = hash(source + '\0' + options + '\0' + device_text(device, CL_DEVICE_NAME) +
-                               device_text(device, CL_DEVICE_VERSION) + device_text(device, CL_DRIVER_VERSION));
+  const std::string key = content_hash(source + '\0' + options + '\0' + device_text(device, CL_DEVICE_NAME) +
+                                       device_text(device, CL_DEVICE_VERSION) + device_text(device, CL_DRIVER_VERSION));
   const fs::path path = cache_folder() / "programs" / (fs::path(name).stem().string() + "-" + key + ".bin");
   if (cl_program cached = from_binary(context, device, path, options)) return cached;
 

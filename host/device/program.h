@@ -17,12 +17,9 @@ const std::map<std::string, std::string>& embedded_kernels();
 /// Throws Error naming a file that does not exist.
 std::string kernel_source(const std::string& file, const std::filesystem::path& folder);
 
-/// Where program binaries are kept: $DEGAS_CACHE, else $XDG_CACHE_HOME/degas, else ~/.cache/degas.
-std::filesystem::path cache_folder();
-
-/// Builds a program, through the binary cache: keyed by source, options, device and driver, so a change of any of
-/// them misses. A binary the driver refuses is rebuilt from source. Files are written under a temporary name and
-/// renamed, so concurrent processes see whole files only. Throws std::logic_error with the build log.
+/// Builds a program, through the binary cache (user_cache.h): keyed by source, options, device and driver, so a change
+/// of any of them misses. A binary the driver refuses is rebuilt from source. Throws std::logic_error with the build
+/// log.
 cl_program build_program(cl_context context, cl_device_id device, const std::string& name, const std::string& source,
                          const std::string& options);
 

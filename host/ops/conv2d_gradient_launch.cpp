@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <bit>
 
 #include "host/ops/conv2d_launch.h"
 #include "host/ops/conv2d_parameters.h"
+#include "host/ops/conv2d_tuning.h"
 
 namespace degas {
 namespace {
@@ -33,9 +35,10 @@ void sum_splits(const Tensor& partial, const Tensor& output, int splits) {
       .launch({static_cast<size_t>(output.size())}, device.pointwise_local(), partial, output, splits, output.size());
 }
 
-void backward_weight_by_rows(const Conv2dGeometry& g, bool vectors_are_outputs, const Tensor& input,
+void backward_weight_by_rows(const Conv2dGeometry& g, const WeightGradientParameters& parameters, const Tensor& input,
                              const Tensor& gradient, const Tensor& weight_gradient) {
   Device& device = input.device();
+  const bool vectors_are_outputs = parameters.vectors_are_outputs;
   RowProductsArguments a{};
   a.batch = g.batch;
   a.groups = g.groups;
@@ -53,15 +56,15 @@ void backward_weight_by_rows(const Conv2dGeometry& g, bool vectors_are_outputs, 
   const int blocks = static_cast<int>(ceiling(value_depth, weight_gradient_rows_by_rows));
   const int units = g.groups * panels * blocks * g.kernel_size;
   // All units of a line by one item, while the line is in cache; enough items to keep every core busy.
-  constexpr int wanted_items = 16;
-  a.lines_per_pass = static_cast<int>(std::clamp<int64_t>(128 / a.value_width, 1, lines));
+  const int wanted_items = parameters.items;
+  a.lines_per_pass = static_cast<int>(std::clamp<int64_t>(parameters.pass_pixels / a.value_width, 1, lines));
   const int64_t passes = ceiling(lines, a.lines_per_pass);
   a.lines_per_split = static_cast<int>(ceiling(passes, std::min<int64_t>(passes, wanted_items))) * a.lines_per_pass;
   const int splits = static_cast<int>(ceiling(lines, a.lines_per_split));
   a.units_per_item = static_cast<int>(ceiling(units, ceiling(wanted_items, splits)));
 
-  const Tensor partial(
-      device, {splits, g.groups, panels, g.kernel_size, g.kernel_size, value_depth, device.vector_width()});
+  const Tensor partial(device,
+                       {splits, g.groups, panels, g.kernel_size, g.kernel_size, value_depth, device.vector_width()});
   const auto kernel = [&](const char* name) {
     return device.kernel("conv2d_gradient_rows", name,
                          {{"TAPS", g.kernel_size}, {"ROWS", weight_gradient_rows_by_rows}});
@@ -74,14 +77,10 @@ void backward_weight_by_rows(const Conv2dGeometry& g, bool vectors_are_outputs, 
               g.groups, g.taps(), g.depth(), g.output_depth(), vectors_are_outputs ? 1 : 0);
 }
 
-}  // namespace
-
-void conv2d_backward_weight(const Conv2dGeometry& g, const Tensor& input, const Tensor& gradient,
-                            const Tensor& weight_gradient) {
+void backward_weight(const Conv2dGeometry& g, const WeightGradientParameters& parameters, const Tensor& input,
+                     const Tensor& gradient, const Tensor& weight_gradient) {
+  if (parameters.by_rows) return backward_weight_by_rows(g, parameters, input, gradient, weight_gradient);
   Device& device = input.device();
-  const WeightGradientParameters parameters = weight_gradient_parameters(device, g);
-  if (parameters.by_rows)
-    return backward_weight_by_rows(g, parameters.vectors_are_outputs, input, gradient, weight_gradient);
   const int fold = parameters.fold, vectors = parameters.vectors;
   const int kernel_width = (fold - 1) * g.stride + g.kernel_size, output_depth = fold * g.output_depth();
   const int output_width = g.output_width / fold;
@@ -107,24 +106,27 @@ void conv2d_backward_weight(const Conv2dGeometry& g, const Tensor& input, const 
                             .units_per_item = units,
                             .rows_per_split = output_rows,
                             .rows_per_pass = 1};
-  a.rows_per_pass = static_cast<int>(std::clamp<int64_t>(128 / output_width, 1, output_rows));
+  a.rows_per_pass = static_cast<int>(std::clamp<int64_t>(parameters.pass_pixels / output_width, 1, output_rows));
   const int64_t passes = ceiling(output_rows, a.rows_per_pass);
-  const int64_t wanted_splits = device.is_wide() ? ceiling(16, panels) : 32;
+  const int64_t wanted_splits = device.is_wide() ? ceiling(parameters.items, panels) : parameters.items;
   a.rows_per_split = static_cast<int>(ceiling(passes, std::min(passes, wanted_splits))) * a.rows_per_pass;
   const int splits = static_cast<int>(ceiling(output_rows, a.rows_per_split));
   if (!device.is_wide()) {
     a.units_per_item = 1;
-  } else if (panels * splits < 16) {
-    a.units_per_item = static_cast<int>(ceiling(units, ceiling(16, panels * splits)));
+  } else if (panels * splits < parameters.items) {
+    a.units_per_item = static_cast<int>(ceiling(units, ceiling(parameters.items, panels * splits)));
   }
 
   const Tensor partial = splits * fold == 1
                              ? weight_gradient
                              : Tensor(device, {splits, g.groups, g.kernel_size, kernel_width, g.depth(), output_depth});
+  // No wider than there are panels, or much of a work-group would idle.
+  const size_t group_panels = std::min<size_t>(32, std::bit_ceil(static_cast<size_t>(panels)));
   gradient_kernel(device, "weight_gradient", vectors)
       .launch({static_cast<size_t>(panels), static_cast<size_t>(ceiling(units, a.units_per_item)),
                static_cast<size_t>(splits)},
-              device.is_wide() ? Range{1, 1, 1} : Range{64, 1, 1}, input, gradient, partial, a);
+              device.is_wide() ? Range{1, 1, 1} : Range{group_panels, 64 / group_panels, 1}, input, gradient, partial,
+              a);
   if (fold > 1) {
     gradient_kernel(device, "sum_folds", vectors)
         .launch({static_cast<size_t>(weight_gradient.size())}, device.pointwise_local(), partial, weight_gradient,
@@ -132,6 +134,17 @@ void conv2d_backward_weight(const Conv2dGeometry& g, const Tensor& input, const 
   } else if (splits > 1) {
     sum_splits(partial, weight_gradient, splits);
   }
+}
+
+}  // namespace
+
+void conv2d_backward_weight(const Conv2dGeometry& g, const Tensor& input, const Tensor& gradient,
+                            const Tensor& weight_gradient) {
+  const auto launch = [=](const Tensor& input, const Tensor& gradient, const Tensor& weight_gradient,
+                          const WeightGradientParameters& candidate) {
+    backward_weight(g, candidate, input, gradient, weight_gradient);
+  };
+  launch(input, gradient, weight_gradient, tuned_weight_gradient_parameters(input.device(), g, launch));
 }
 
 void conv2d_backward_bias(const Conv2dGeometry& g, BiasKind kind, const Tensor& gradient, const Tensor& bias_gradient) {

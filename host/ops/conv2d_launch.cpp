@@ -1,6 +1,7 @@
 #include "host/ops/conv2d_launch.h"
 
 #include "host/ops/conv2d_parameters.h"
+#include "host/ops/conv2d_tuning.h"
 
 namespace degas {
 namespace {
@@ -15,9 +16,8 @@ struct PackingArguments {
 /// Runs a gather kernel over `weight` (groups,K,K,Cin/groups,Cout/groups), whose rows and columns change roles when
 /// `transpose` is set.
 void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, const Tensor& target, double negative_slope,
-            GatherArguments arguments, bool transpose) {
+            GatherArguments arguments, bool transpose, const GatherParameters& parameters) {
   Device& device = source.device();
-  const GatherParameters parameters = gather_parameters(device, arguments);
   PackingArguments packing{arguments.kernel_size.x, static_cast<int>(weight.dim(3)), static_cast<int>(weight.dim(4)),
                            transpose ? 1 : 0};
   packing.fold = parameters.fold;
@@ -38,11 +38,11 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
   if (transpose || packing.fold > 1 || target_depth % panel != 0 ||
       (device.is_wide() && panels > 1 && arguments.target_height * arguments.target_width >= 128)) {
     packed = Tensor(device, {arguments.groups, panels, taps, depth, panel});
-    // One channel to a panel: panels lie side by side, so that neighbouring items read neighbouring weights.
-    const bool side_by_side = panel == 1;
-    arguments.row_stride = side_by_side ? panels : panel;
+    // On GPUs panels lie side by side, so that neighbouring items read neighbouring weights.
+    const bool side_by_side = !device.is_wide();
+    arguments.row_stride = side_by_side ? panels * panel : panel;
     arguments.tap_stride = depth * arguments.row_stride;
-    arguments.panel_stride = side_by_side ? 1 : taps * arguments.tap_stride;
+    arguments.panel_stride = side_by_side ? panel : taps * arguments.tap_stride;
     arguments.group_stride = taps * depth * panels * panel;
     device.kernel("conv2d_packing", "pack_weights", {{"VECTORS", parameters.vectors}})
         .launch({static_cast<size_t>(panels), static_cast<size_t>(taps), static_cast<size_t>(arguments.groups)},
@@ -54,26 +54,42 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
     arguments.group_stride = taps * arguments.tap_stride;
   }
 
-  arguments.tiles_per_item = parameters.tiles_per_item;
+  const Tiles tiles = tiles_of(device, arguments, parameters);
+  arguments.tiles_per_item = tiles.per_item;
   arguments.tile_axis = parameters.tiles_first ? 0 : 1;
   const auto panel_items = static_cast<size_t>(panels * arguments.groups);
-  const auto tile_items = static_cast<size_t>(ceiling(parameters.tiles, parameters.tiles_per_item));
+  const auto tile_items = static_cast<size_t>(ceiling(tiles.count, tiles.per_item));
   const auto phases = static_cast<size_t>(arguments.target_step.y * arguments.target_step.x);
   const Range global =
       parameters.tiles_first ? Range{tile_items, panel_items, phases} : Range{panel_items, tile_items, phases};
-  const Range local = device.is_wide() ? Range{1, 1, 1} : Range{32, 4, 1};
-  const Kernel kernel = parameters.by_rows
-                            ? device.kernel("conv2d_rows", "gather_rows",
-                                            {{"PIXELS", parameters.pixels},
-                                             {"TAPS", arguments.kernel_size.x},
-                                             {"STEP", arguments.source_step.x},
-                                             {"SOURCE_CHANNELS", arguments.source_channels},
-                                             {"HALVES", parameters.halves ? 1 : 0},
-                                             {"HALF_V", device.vector_width() / 2}})
-                            : device.kernel("conv2d", "gather",
-                                            {{"PIXELS", parameters.pixels}, {"VECTORS", parameters.vectors}});
+  const auto [group_panels, group_tiles] = gather_group(device, arguments, parameters);
+  const Range local =
+      parameters.tiles_first ? Range{group_tiles, group_panels, 1} : Range{group_panels, group_tiles, 1};
+  const Kernel kernel =
+      parameters.by_rows
+          ? device.kernel("conv2d_rows", "gather_rows",
+                          {{"PIXELS", parameters.pixels},
+                           {"TAPS", arguments.kernel_size.x},
+                           {"STEP", arguments.source_step.x},
+                           {"SOURCE_CHANNELS", arguments.source_channels},
+                           {"HALVES", parameters.fold > 1 && arguments.groups > 1 ? 1 : 0},
+                           {"HALF_V", device.vector_width() / 2}})
+          : device.kernel("conv2d", "gather", {{"PIXELS", parameters.pixels}, {"VECTORS", parameters.vectors}});
   kernel.launch(global, local, source, packed, bias, device.zeros(depth * device.real_bytes()), target, negative_slope,
                 arguments);
+}
+
+/// The same with the device's parameters.
+void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, const Tensor& target, double negative_slope,
+            const GatherArguments& arguments, bool transpose) {
+  const GatherParameters parameters = tuned_gather_parameters(
+      source.device(), arguments, weight.shape(),
+      [=](const Tensor& source, const Tensor& weight, const Tensor& target, const GatherParameters& candidate) {
+        GatherArguments without_bias = arguments;
+        without_bias.bias_kind = static_cast<int>(BiasKind::None);
+        gather(source, weight, Tensor(), target, 1, without_bias, transpose, candidate);
+      });
+  gather(source, weight, bias, target, negative_slope, arguments, transpose, parameters);
 }
 
 }  // namespace

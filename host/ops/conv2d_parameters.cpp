@@ -1,6 +1,8 @@
 #include "host/ops/conv2d_parameters.h"
 
 #include <algorithm>
+#include <bit>
+#include <initializer_list>
 #include <iterator>
 
 namespace degas {
@@ -14,9 +16,9 @@ int floored(int a, int b) {
 /// where a kernel row's taps are one run.
 bool goes_by_rows(const Device& device, const GatherArguments& a) {
   constexpr int most_taps = 4, least_depth = 7, narrowest_line = 16;
-  return device.is_wide() && (a.fold == 1 || a.groups > 1) && a.target_step.y == 1 && a.target_step.x == 1 &&
-         a.target_depth() <= device.vector_width() && a.depth() >= least_depth && a.kernel_size.x <= most_taps &&
-         a.target_width >= narrowest_line;
+  return device.family() == DeviceFamily::WideCpu && (a.fold == 1 || a.groups > 1) && a.target_step.y == 1 &&
+         a.target_step.x == 1 && a.target_depth() <= device.vector_width() && a.depth() >= least_depth &&
+         a.kernel_size.x <= most_taps && a.target_width >= narrowest_line;
 }
 
 /// How many pixels to fold so that the fewest vector operations are spent on each; 1: none.
@@ -37,7 +39,9 @@ int best_fold(const Device& device, const GatherArguments& a) {
   };
   int best = 1;
   double least = cost(a, 1);
-  for (int fold = 2; fold * a.target_channels <= 2 * vector; ++fold) {
+  // All pixels of a fold lie in one panel.
+  const int widest = device.family() == DeviceFamily::NarrowCpu ? vector : 2 * vector;
+  for (int fold = 2; fold * a.target_channels <= widest; ++fold) {
     if (a.target_width % fold != 0 || fold % a.target_step.x != 0) continue;
     const double with_fold = cost(folded(a, fold), fold);
     if (with_fold >= least) continue;
@@ -50,9 +54,26 @@ int best_fold(const Device& device, const GatherArguments& a) {
 struct Block {
   int pixels, vectors;
 };
+constexpr Block rows_block = {16, 1};  // of conv2d_rows.cl
+
+/// Register block of conv2d.cl on a GPU. Several channels an item, or it would load a number for every multiply-add.
+Block gpu_block(DeviceFamily family) {
+  switch (family) {
+    case DeviceFamily::Nvidia:
+    case DeviceFamily::Amd:
+      return {8, 4};
+    case DeviceFamily::Intel:
+    case DeviceFamily::Mobile:
+      return {4, 4};
+    default:
+      return {8, 1};
+  }
+}
 
 /// Register block of conv2d.cl on a CPU for so many channels per group.
-Block wide_block(int vector, int depth) {
+Block wide_block(const Device& device, int depth) {
+  const int vector = device.vector_width();
+  if (device.family() == DeviceFamily::NarrowCpu) return {6, 1};  // as twelve of its registers
   // Up to sixteen sums fit; the fewest idle lanes win, and of equal ones the block with the fewest loads.
   constexpr Block blocks[] = {{4, 4}, {4, 3}, {6, 2}, {8, 1}};
   return *std::min_element(std::begin(blocks), std::end(blocks), [&](const Block& a, const Block& b) {
@@ -81,6 +102,16 @@ double gradient_rows_cost(const Device& device, const Conv2dGeometry& g, int val
                              ceiling(values, weight_gradient_rows_by_rows) * weight_gradient_rows_by_rows);
 }
 
+/// Whether conv2d_gradient_rows.cl may run: its sums must fit the registers.
+bool gradient_rows_allowed(const Device& device, const Conv2dGeometry& g) {
+  constexpr int most_taps = 3;
+  return device.family() == DeviceFamily::WideCpu && g.kernel_size <= most_taps;
+}
+
+int most_gradient_fold(const Device& device, const Conv2dGeometry& g) {
+  return g.groups == 1 ? 2 * device.vector_width() / g.output_channels : 1;
+}
+
 }  // namespace
 
 GatherArguments folded(GatherArguments a, int fold) {
@@ -96,22 +127,26 @@ GatherArguments folded(GatherArguments a, int fold) {
   return a;
 }
 
+Tiles tiles_of(const Device& device, const GatherArguments& a, const GatherParameters& parameters) {
+  const int64_t lines = int64_t{a.batch} * ceiling(a.target_height, a.target_step.y);
+  const int64_t columns = ceiling(a.target_width, a.target_step.x);
+  const int64_t tiles =
+      parameters.by_rows ? lines * ceiling(columns, parameters.pixels) : ceiling(lines * columns, parameters.pixels);
+  return {tiles, device.is_wide() ? static_cast<int>(std::clamp<int64_t>(tiles / parameters.items, 1, 32)) : 1};
+}
+
 GatherParameters gather_parameters(const Device& device, const GatherArguments& arguments) {
   GatherParameters result{};
   result.fold = best_fold(device, arguments);
   const GatherArguments a = result.fold > 1 ? folded(arguments, result.fold) : arguments;
   result.by_rows = goes_by_rows(device, a);
-  result.halves = result.fold > 1 && a.groups > 1;
-  const Block block = !device.is_wide()  ? Block{8, 1}
-                      : result.by_rows ? Block{16, 1}
-                                       : wide_block(device.vector_width(), a.target_depth());
+  const Block block = !device.is_wide() ? gpu_block(device.family())
+                      : result.by_rows  ? rows_block
+                                        : wide_block(device, a.target_depth());
   result.pixels = block.pixels;
   result.vectors = block.vectors;
-  const int64_t lines = int64_t{a.batch} * ceiling(a.target_height, a.target_step.y);
-  const int64_t columns = ceiling(a.target_width, a.target_step.x);
-  result.tiles = result.by_rows ? lines * ceiling(columns, block.pixels) : ceiling(lines * columns, block.pixels);
   // Enough work in an item to outweigh its start, enough items to keep every core busy.
-  result.tiles_per_item = device.is_wide() ? static_cast<int>(std::clamp<int64_t>(result.tiles / 64, 1, 32)) : 1;
+  result.items = 64;
   // A CPU takes items in the order of axis 0: all panels of a tile while its pixels are in cache, or, where the weights
   // are the larger part, all tiles of a panel.
   const int64_t weights = int64_t{a.kernel_size.y} * arguments.kernel_size.x * a.depth() * arguments.target_channels;
@@ -120,8 +155,60 @@ GatherParameters gather_parameters(const Device& device, const GatherArguments& 
   return result;
 }
 
+std::array<size_t, 2> gather_group(const Device& device, const GatherArguments& a, const GatherParameters& parameters) {
+  if (device.is_wide()) return {1, 1};
+  const bool small = device.family() == DeviceFamily::Mobile || device.family() == DeviceFamily::Intel;
+  const size_t items = small ? 64 : 128;
+  const auto panels =
+      static_cast<size_t>(ceiling(a.target_depth(), parameters.vectors * device.vector_width()) * a.groups);
+  // No wider than there are panels, or much of a work-group would idle.
+  const size_t wide = std::min<size_t>(32, std::bit_ceil(panels));
+  return {wide, items / wide};
+}
+
+std::vector<GatherParameters> gather_candidates(const Device& device, const GatherArguments& arguments) {
+  const GatherParameters usual = gather_parameters(device, arguments);
+  std::vector<GatherParameters> result;
+  const auto add = [&](GatherParameters candidate) {
+    const GatherArguments a = candidate.fold > 1 ? folded(arguments, candidate.fold) : arguments;
+    const bool one_panel = candidate.vectors * device.vector_width() >= a.target_depth();
+    const bool legal =
+        candidate.by_rows ? goes_by_rows(device, a) : candidate.fold == 1 || (a.groups == 1 && one_panel);
+    if (legal && candidate != usual && std::find(result.begin(), result.end(), candidate) == result.end())
+      result.push_back(candidate);
+  };
+  const auto with_blocks = [&](const GatherParameters& from, std::initializer_list<Block> blocks) {
+    for (const Block& block : blocks) {
+      GatherParameters candidate = from;
+      candidate.pixels = block.pixels;
+      candidate.vectors = block.vectors;
+      add(candidate);
+    }
+  };
+  if (!device.is_wide()) {
+    with_blocks(usual, {{8, 4}, {4, 4}, {8, 1}, {8, 2}, {16, 1}, {4, 1}, {16, 2}, {2, 4}});
+    return result;
+  }
+  GatherParameters other_order = usual, fewer_items = usual, more_items = usual, unfolded = usual, not_by_rows = usual;
+  other_order.tiles_first = !usual.tiles_first;
+  fewer_items.items = 16;
+  more_items.items = 256;
+  unfolded.fold = 1;
+  unfolded.by_rows = false;
+  not_by_rows.by_rows = false;
+  add(other_order);
+  add(fewer_items);
+  with_blocks(not_by_rows, {{6, 2}, {8, 1}, {4, 3}, {4, 4}});
+  if (usual.fold > 1) with_blocks(unfolded, {{8, 1}, {6, 2}});
+  add(more_items);
+  if (usual.by_rows) return result;
+  for (const GatherParameters& from : {usual, other_order})
+    with_blocks(from, {{6, 2}, {8, 1}, {4, 3}, {4, 4}, {12, 1}, {6, 1}, {7, 2}, {3, 4}, {5, 2}, {3, 2}});
+  return result;
+}
+
 WeightGradientParameters weight_gradient_parameters(const Device& device, const Conv2dGeometry& g) {
-  if (!device.is_wide()) return {false, false, 1, 1};
+  if (!device.is_wide()) return {false, false, 1, gpu_block(device.family()).vectors, 32};
   WeightGradientParameters result{false, false, 1, 1};
   double least = gradient_cost(device, g, 1);
   const auto consider = [&](double cost, const WeightGradientParameters& candidate) {
@@ -129,15 +216,47 @@ WeightGradientParameters weight_gradient_parameters(const Device& device, const 
     least = cost;
     result = candidate;
   };
-  for (int fold = 2; g.groups == 1 && fold * g.output_channels <= 2 * device.vector_width(); ++fold) {
+  for (int fold = 2; fold <= most_gradient_fold(device, g); ++fold) {
     if (g.output_width % fold == 0) consider(gradient_cost(device, g, fold), {false, false, fold, 1});
   }
-  constexpr int most_taps = 3;  // whose sums fit the registers
-  if (g.kernel_size <= most_taps) {
+  if (gradient_rows_allowed(device, g)) {
     if (g.stride == 1) consider(gradient_rows_cost(device, g, g.depth(), g.output_depth()), {true, true, 1, 1});
     consider(gradient_rows_cost(device, g, g.output_depth(), g.depth()), {true, false, 1, 1});
   }
-  if (!result.by_rows && result.fold * g.output_depth() > device.vector_width()) result.vectors = 2;
+  const bool room = device.family() == DeviceFamily::WideCpu;  // in the registers
+  if (room && !result.by_rows && result.fold * g.output_depth() > device.vector_width()) result.vectors = 2;
+  return result;
+}
+
+std::vector<WeightGradientParameters> weight_gradient_candidates(const Device& device, const Conv2dGeometry& g) {
+  const WeightGradientParameters usual = weight_gradient_parameters(device, g);
+  std::vector<WeightGradientParameters> result;
+  const auto add = [&](const WeightGradientParameters& candidate) {
+    if (candidate != usual && std::find(result.begin(), result.end(), candidate) == result.end())
+      result.push_back(candidate);
+  };
+  const auto add_sums = [&](WeightGradientParameters candidate) {
+    for (const int items : {usual.items, usual.items / 2, 2 * usual.items, 4 * usual.items}) {
+      for (const int pass_pixels : {128, 64, 256}) {
+        candidate.items = items;
+        candidate.pass_pixels = pass_pixels;
+        add(candidate);
+      }
+    }
+  };
+  if (!device.is_wide()) {
+    for (const int vectors : {4, 1, 2, usual.vectors}) add_sums({false, false, 1, vectors});
+    return result;
+  }
+  for (const int vectors : {2, 1}) {
+    add({false, false, usual.fold, vectors});
+    add({false, false, 1, vectors});
+  }
+  if (gradient_rows_allowed(device, g)) {
+    if (g.stride == 1) add({true, true, 1, 1});
+    add({true, false, 1, 1});
+  }
+  add_sums(usual);
   return result;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "host/ops/conv2d_launch.h"
 
 namespace degas {
@@ -29,15 +31,28 @@ GatherArguments folded(GatherArguments arguments, int fold);
 struct GatherParameters {
   int fold;             ///< neighbouring target pixels of a line taken as one
   bool by_rows;         ///< conv2d_rows.cl, else conv2d.cl
-  bool halves;          ///< folded within groups: conv2d_rows.cl's HALVES
   int pixels, vectors;  ///< register block: target pixels (folded), vectors of channels
-  int64_t tiles;        ///< register blocks that cover the pixels of a phase
-  int tiles_per_item;   ///< those that an item walks over
+  int items;            ///< CPUs: about so many items share the tiles of a panel, an item at most 32 of them
   bool tiles_first;     ///< neighbouring items are tiles of a panel, else panels of a tile
+
+  friend bool operator==(const GatherParameters&, const GatherParameters&) = default;
 };
+
+/// The register blocks that cover the pixels of a phase of a convolution that is folded already, and those that an item
+/// walks over.
+struct Tiles {
+  int64_t count;
+  int per_item;
+};
+Tiles tiles_of(const Device& device, const GatherArguments& arguments, const GatherParameters& parameters);
 
 /// arguments: not folded yet.
 GatherParameters gather_parameters(const Device& device, const GatherArguments& arguments);
+/// Items of a work-group along the panels and along the tiles; arguments: folded already.
+std::array<size_t, 2> gather_group(const Device& device, const GatherArguments& arguments,
+                                   const GatherParameters& parameters);
+/// Every other way that is legal too, the likelier ones first: for the tuner.
+std::vector<GatherParameters> gather_candidates(const Device& device, const GatherArguments& arguments);
 
 /// How the gradient with respect to the weights is summed.
 struct WeightGradientParameters {
@@ -45,11 +60,16 @@ struct WeightGradientParameters {
   bool vectors_are_outputs;  ///< by rows: vectors hold output channels, else input channels
   int fold;                  ///< neighbouring output pixels of a line taken as one; by rows: 1
   int vectors;               ///< of channels in registers; by rows: 1
+  int items = 16;            ///< CPUs: at least so many where the lines suffice; GPUs: splits
+  int pass_pixels = 128;     ///< output pixels (folded) about that are summed in registers
+
+  friend bool operator==(const WeightGradientParameters&, const WeightGradientParameters&) = default;
 };
 
 /// ROWS of the two kernels' register blocks.
 constexpr int weight_gradient_rows = 8, weight_gradient_rows_by_rows = 4;
 
 WeightGradientParameters weight_gradient_parameters(const Device& device, const Conv2dGeometry& geometry);
+std::vector<WeightGradientParameters> weight_gradient_candidates(const Device& device, const Conv2dGeometry& geometry);
 
 }  // namespace degas

@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "host/device/device_family.h"
 #include "host/device/device_list.h"
 #include "host/error.h"
 #include "model/cli/commands.h"
@@ -15,10 +16,11 @@ void add_devices_command(CLI::App& app) {
     }
     for (const auto& [id, d] : devices) {
       fmt::print(
-          "[{}] {}\n    {}, {}, driver {}\n    {} compute units, {:.1f} GiB, largest buffer {:.1f} GiB, kernels: {}\n",
+          "[{}] {}\n    {}, {}, driver {}\n    {} compute units, {:.1f} GiB, largest buffer {:.1f} GiB, kernels for: "
+          "{}\n",
           d.index, d.name, d.platform, d.version, d.driver, d.compute_units,
           static_cast<double>(d.global_bytes) / (1 << 30), static_cast<double>(d.largest_buffer_bytes) / (1 << 30),
-          d.is_cpu ? "wide (CPU)" : "gpu");
+          to_string(family_of(d)));
     }
   });
 }

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "host/device/tuner.h"
 #include "host/error.h"
 #include "model/cli/commands.h"
 #include "model/cli/progress.h"
@@ -20,6 +21,7 @@ struct EvalOptions {
 
 void evaluate_run(const EvalOptions& options) {
   Device device(options.device.options());
+  set_tuner(device, options.device.tune.value_or(TuneMode::Off));
   TrainedAvatar avatar(device, RunFolder(options.run));
   const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(avatar.config()));
   EvaluationOptions evaluation;
@@ -53,6 +55,7 @@ void evaluate_run(const EvalOptions& options) {
     const nlohmann::json& value = summary.metrics.at(key);
     fmt::print("{:<12} {}\n", key, value.is_null() ? std::string("-") : fmt::format("{:.4f}", value.get<double>()));
   }
+  print_tuning(device);
   fmt::print("wrote {}\n", (options.output / "metrics.json").string());
 }
 

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "host/device/tuner.h"
 #include "host/error.h"
 #include "model/cli/commands.h"
 #include "model/cli/shared_options.h"
@@ -31,6 +32,7 @@ void add_export_command(CLI::App& app) {
   add_device_options(*command, options->device);
   command->callback([options] {
     Device device(options->device.options());
+    set_tuner(device, options->device.tune.value_or(TuneMode::Off));
     TrainedAvatar avatar(device, RunFolder(options->run));
     const std::unique_ptr<Capture> capture = open_capture(options->data, options->capture.options(avatar.config()));
     if (options->frame < 0 || options->frame >= capture->frame_count()) {

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "host/device/tuner.h"
 #include "host/error.h"
 #include "host/io/video.h"
 #include "model/cli/commands.h"
@@ -56,6 +57,7 @@ std::vector<Shot> plan_shots(const RenderOptions& options, const Avatar& avatar,
 
 void render(const RenderOptions& options) {
   Device device(options.device.options());
+  set_tuner(device, options.device.tune.value_or(TuneMode::Off));
   TrainedAvatar avatar(device, RunFolder(options.run));
   const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(avatar.config()));
   FaceCodes codes = avatar.face_codes(*capture);
@@ -92,6 +94,7 @@ void render(const RenderOptions& options) {
   }
   if (video) video->finish();
   progress.finish();
+  print_tuning(device);
   fmt::print("wrote {} pictures to {}\n", done, options.output.string());
 }
 

@@ -1,5 +1,11 @@
 #include "model/cli/shared_options.h"
 
+#include <fmt/format.h>
+
+#include <map>
+
+#include "host/device/tuner.h"
+
 namespace degas {
 void add_device_options(CLI::App& command, DeviceChoice& choice) {
   command.add_option("--device", choice.selector,
@@ -9,6 +15,19 @@ void add_device_options(CLI::App& command, DeviceChoice& choice) {
                   "MiB of device memory that may be taken; more than that ends the command with an\n"
                   "error (default: as much as the device has)")
       ->check(CLI::Range(size_t{1}, size_t{1} << 30));
+  const std::map<std::string, TuneMode> modes = {
+      {"off", TuneMode::Off}, {"fast", TuneMode::Fast}, {"full", TuneMode::Full}};
+  command
+      .add_option("--tune", choice.tune,
+                  "off, fast or full: whether to time other kernel parameters than the built-in ones when a\n"
+                  "launch is met first, a few or all; the best go to the user's cache, tuning.json (default: off)")
+      ->transform(CLI::CheckedTransformer(modes))
+      ->option_text("off|fast|full");
+}
+
+void print_tuning(const Device& device) {
+  const std::string summary = device.tuner() ? device.tuner()->summary() : "";
+  if (!summary.empty()) fmt::print("tuning: {}\n", summary);
 }
 
 void add_capture_options(CLI::App& command, CaptureChoice& choice) {

@@ -2,18 +2,21 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "host/device/device.h"
+#include "host/device/tuning_table.h"
 #include "model/config.h"
 #include "model/data/capture.h"
 
 namespace degas {
 
-/// --device and --memory-limit, as every command that computes has them.
+/// --device, --memory-limit and --tune, as every command that computes has them.
 struct DeviceChoice {
   std::string selector;
   size_t memory_limit_mib = 0;
+  std::optional<TuneMode> tune;
   DeviceOptions options() const {
     DeviceOptions options;
     options.selector = selector;
@@ -22,6 +25,8 @@ struct DeviceChoice {
   }
 };
 void add_device_options(CLI::App& command, DeviceChoice& choice);
+/// What tuning took and gained, where there was any.
+void print_tuning(const Device& device);
 
 /// --format, --codes and --cache, as every command that opens a capture has them.
 struct CaptureChoice {

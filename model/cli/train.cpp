@@ -67,7 +67,8 @@ void train(const TrainOptions& options) {
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);
-  TrainingRun run(device, config, *capture, options.output, options.body, options.resume);
+  TrainingRun run(device, config, *capture, options.output, options.body, options.resume,
+                  options.device.tune);
   Trainer& trainer = run.trainer();
   fmt::print("{}: {} Gaussians, {} parameters, {} frames x {} cameras, on {}\n",
              run.continues() ? "continuing" : "training", trainer.avatar().gaussian_count(),
@@ -92,6 +93,7 @@ void train(const TrainOptions& options) {
   const char* how = end == TrainingEnd::Finished    ? "finished"
                     : end == TrainingEnd::OutOfTime ? "time is up"
                                                     : "interrupted";
+  print_tuning(device);
   if (options.profile) print_profile(device, trainer.step() - first_step);
   fmt::print("{} at step {}; saved {} (go on with --resume)\n", how, trainer.step(),
              run.folder().checkpoint_file().string());
@@ -122,7 +124,7 @@ void add_train_command(CLI::App& app) {
                    "Stop after so many minutes of training, resumed ones included; the\n"
                    "learning rate follows the clock then")
       ->check(CLI::PositiveNumber);
-  command->add_option("--seed", options->seed, "Same seed, same device: same bits (train.seed)");
+  command->add_option("--seed", options->seed, "Same seed, same device, same tuning: same bits (train.seed)");
   command->add_option("--set", options->overrides, "Override a config key, e.g. --set net.width=0.5; may be repeated");
   command->add_flag("--resume", options->resume, "Continue RUN's checkpoint; starts anew where there is none");
   command->add_flag("--profile", options->profile, "Print the time of every kernel, launches and milliseconds a step");

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "host/device/program.h"
+#include "host/device/user_cache.h"
 #include "host/error.h"
 #include "model/data/actorshq_capture.h"
 #include "model/data/avatarrex_capture.h"

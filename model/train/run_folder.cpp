@@ -24,6 +24,11 @@ void RunFolder::create(const Config& config, const fs::path& body) const {
   fs::permissions(body_file(), fs::perms::owner_write, fs::perm_options::add, failure);
   write_config(config);
   std::ofstream(history_file(), std::ios::trunc);
+  fs::remove(tuning_file(), failure);
+}
+
+TuneMode RunFolder::tuning() const {
+  return TuningTable(tuning_file()).mode().value_or(TuneMode::Off);
 }
 
 void RunFolder::write_config(const Config& config) const {

@@ -5,14 +5,16 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "host/device/tuning_table.h"
 #include "host/io/checkpoint.h"
 #include "model/config.h"
 
 namespace degas {
 
 /// What a training run leaves on disk: config.json (every key), body.npz (a copy of the body model, so that a run is
-/// complete in itself), history.jsonl (one JSON object a line), checkpoint.bin (the newest state) and
-/// checkpoint.previous.bin (the one before, for when a disk damages the newest).
+/// complete in itself), history.jsonl (one JSON object a line), checkpoint.bin (the newest state),
+/// checkpoint.previous.bin (the one before, for when a disk damages the newest) and, where kernels were tuned,
+/// tuning.json (the choices of parameters that it was trained with).
 class RunFolder {
  public:
   explicit RunFolder(std::filesystem::path path) : path_(std::move(path)) {}
@@ -23,6 +25,9 @@ class RunFolder {
   std::filesystem::path history_file() const { return path_ / "history.jsonl"; }
   std::filesystem::path checkpoint_file() const { return path_ / "checkpoint.bin"; }
   std::filesystem::path previous_checkpoint_file() const { return path_ / "checkpoint.previous.bin"; }
+  std::filesystem::path tuning_file() const { return path_ / "tuning.json"; }
+  /// How the run was tuned; Off where it was not.
+  TuneMode tuning() const;
   bool has_checkpoint() const {
     return std::filesystem::exists(checkpoint_file()) || std::filesystem::exists(previous_checkpoint_file());
   }

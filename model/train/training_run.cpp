@@ -1,5 +1,6 @@
 #include "model/train/training_run.h"
 
+#include "host/device/tuner.h"
 #include "model/data/selection.h"
 #include "model/train/face_codes.h"
 #include "model/train/training_views.h"
@@ -17,23 +18,27 @@ std::filesystem::path checked(const Config& config, const Capture& capture, cons
   return folder;
 }
 
-bool opened(const RunFolder& folder, const Config& config, const std::filesystem::path& body, bool resume) {
+bool opened(Device& device, const RunFolder& folder, const Config& config, const std::filesystem::path& body,
+            bool resume, std::optional<TuneMode> tune) {
   const bool continues = resume && folder.has_checkpoint();
   if (continues) {
     folder.require_same_body(body);
   } else {
     folder.create(config, body);
   }
+  set_tuner(device, tune.value_or(continues ? folder.tuning() : TuneMode::Off));
+  if (device.tuner()) device.tuner()->record_in(folder.tuning_file());
   return continues;
 }
 
 }  // namespace
 
 TrainingRun::TrainingRun(Device& device, const Config& config, const Capture& capture,
-                         const std::filesystem::path& folder, const std::filesystem::path& body, bool resume)
+                         const std::filesystem::path& folder, const std::filesystem::path& body, bool resume,
+                         std::optional<TuneMode> tune)
     : folder_(folder),
       lock_(checked(config, capture, body, folder)),
-      continues_(opened(folder_, config, body, resume)),
+      continues_(opened(device, folder_, config, body, resume, tune)),
       trainer_(device, config, capture, folder_) {
   if (continues_) trainer_.resume();
 }

@@ -16,6 +16,8 @@ Device& device(KernelSet kernel_set, Real real) {
   if (!slot) {
     DeviceOptions options;
     options.kernel_set = kernel_set;
+    // The same kernels on every CPU, and under a simulator, whatever its vectors.
+    if (kernel_set == KernelSet::Wide) options.family = DeviceFamily::WideCpu;
     options.real = real;
     options.poison_memory = true;
     slot = std::make_unique<Device>(options);
