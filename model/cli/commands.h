@@ -15,6 +15,7 @@ void add_eval_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 void add_ablate_command(CLI::App& app);
+void add_pareto_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 
 }  // namespace degas

@@ -24,6 +24,7 @@ int main(int count, char** arguments) {
   degas::add_render_command(app);
   degas::add_export_command(app);
   degas::add_ablate_command(app);
+  degas::add_pareto_command(app);
   degas::add_report_command(app);
   try {
     app.parse(count, arguments);

@@ -11,7 +11,7 @@
 namespace degas {
 
 Variant StudyChoice::base() const {
-  return make_variant("base", config, overrides);
+  return make_variant(config.stem().string(), config, overrides);
 }
 
 StudySetup StudyChoice::setup(const Variant& base) const {
@@ -23,6 +23,7 @@ StudySetup StudyChoice::setup(const Variant& base) const {
   setup.novel_codes = novel_codes;
   setup.capture = capture.options(base.config);
   setup.device = device.options();
+  setup.tune = device.tune.value_or(TuneMode::Off);
   setup.hold_out = hold_out.empty() ? base.config.data.hold_out : selection_parts(hold_out);
   setup.budget.minutes = minutes;
   setup.budget.iterations = iterations.value_or(base.config.train.iterations);

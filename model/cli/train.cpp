@@ -67,8 +67,7 @@ void train(const TrainOptions& options) {
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);
-  TrainingRun run(device, config, *capture, options.output, options.body, options.resume,
-                  options.device.tune);
+  TrainingRun run(device, config, *capture, options.output, options.body, options.resume, options.device.tune);
   Trainer& trainer = run.trainer();
   fmt::print("{}: {} Gaussians, {} parameters, {} frames x {} cameras, on {}\n",
              run.continues() ? "continuing" : "training", trainer.avatar().gaussian_count(),

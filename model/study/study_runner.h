@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "host/device/device.h"
+#include "host/device/tuning_table.h"
 #include "model/data/capture.h"
 #include "model/study/variant.h"
 
@@ -19,6 +20,7 @@ struct StudySetup {
   std::vector<std::filesystem::path> novel, novel_codes;  ///< codes: as many as captures, or none
   CaptureOptions capture;                                 ///< its image_scale is that of evaluation, for every variant
   DeviceOptions device;
+  TuneMode tune = TuneMode::Off;
   std::vector<std::string> hold_out;
   StudyBudget budget;
   int seeds = 1;

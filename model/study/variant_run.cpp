@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "host/device/tuner.h"
 #include "host/error.h"
 #include "host/io/file_bytes.h"
 #include "model/data/selection.h"
@@ -25,6 +26,10 @@ using nlohmann::json;
 namespace {
 
 constexpr double evaluation_share = 0.1;  // of a variant's progress
+
+const char* name_of(TuneMode mode) {
+  return mode == TuneMode::Off ? "off" : mode == TuneMode::Fast ? "fast" : "full";
+}
 
 std::string quoted(const std::string& word) {
   const bool plain = !word.empty() && word.find_first_not_of(
@@ -91,6 +96,7 @@ json VariantRun::plan() const {
   json plan = {
       {"config", json::parse(config_text(config_))}, {"data", setup_.data.string()}, {"milestones", setup_.milestones}};
   if (setup_.budget.minutes) plan["minutes"] = *setup_.budget.minutes;
+  if (setup_.tune != TuneMode::Off) plan["tune"] = name_of(setup_.tune);
   for (const StudyEvaluation& evaluation : setup_.evaluations()) plan["evaluations"].push_back(evaluation.name);
   return plan;
 }
@@ -100,11 +106,13 @@ void VariantRun::require_same_plan() const {
   if (before.is_null()) return;
   const json now = plan();
   std::vector<std::string> differences;
-  for (const auto& [key, value] : now.items()) {
-    if (before.value(key, json()) != value && key != "config")
-      differences.push_back(fmt::format("{} ({} / {})", key, before.value(key, json()).dump(), value.dump()));
+  json keys = before;
+  keys.update(now);
+  for (const auto& [key, ignored] : keys.items()) {
+    if (key != "config" && before.value(key, json()) != now.value(key, json()))
+      differences.push_back(
+          fmt::format("{} ({} / {})", key, before.value(key, json()).dump(), now.value(key, json()).dump()));
   }
-  if (before.contains("minutes") != now.contains("minutes")) differences.push_back("minutes or steps");
   if (before.value("config", json()) != now["config"]) {
     for (const std::string& text :
          config_differences(parse_config(before.at("config").dump(), (folder_ / "plan.json").string()), config_))
@@ -137,6 +145,7 @@ std::string VariantRun::train_command() const {
   if (setup_.budget.minutes) add("--minutes", fmt::format("{:g}", *setup_.budget.minutes));
   add("--iterations", std::to_string(setup_.budget.step_limit()));
   add("--seed", std::to_string(seed_));
+  if (setup_.tune != TuneMode::Off) add("--tune", name_of(setup_.tune));
   if (!setup_.capture.codes.empty()) add("--codes", setup_.capture.codes.string());
   add("--out", run_folder_.string());
   return command_text(words);
@@ -160,7 +169,7 @@ bool VariantRun::train_to(double fraction, const Progress& progress) {
   options.image_scale = config_.data.image_scale;
   const auto capture = open_capture(setup_.data, options);
   Device device(setup_.device);
-  TrainingRun run(device, config_, *capture, run_folder_, setup_.body, true);
+  TrainingRun run(device, config_, *capture, run_folder_, setup_.body, true, setup_.tune);
   Trainer& trainer = run.trainer();
   const auto reached = [&] {
     const double spent = setup_.budget.minutes
@@ -198,6 +207,7 @@ json VariantRun::evaluate_all(const fs::path& folder, bool is_last, const Progre
     if (list[i].name == "view")
       capture = std::make_unique<SameRecording>(std::move(capture), state_["training"]["pictures"].get<std::string>());
     Device device(setup_.device);
+    set_tuner(device, setup_.tune);
     TrainedAvatar avatar(device, RunFolder(run_folder_));
     EvaluationOptions options;
     options.cameras = evaluation_cameras(setup_, list[i], *capture);

@@ -23,7 +23,7 @@ TEST_CASE("every command explains itself") {
   const ProgramResult all = run_program({"--help"});
   CHECK(all.exit_code == 0);
   for (const std::string command :
-       {"devices", "synth", "inspect", "encode-faces", "train", "eval", "render", "export", "ablate", "report"}) {
+       {"devices", "synth", "inspect", "encode-faces", "train", "eval", "render", "export", "ablate", "pareto", "report"}) {
     CHECK_THAT(all.output, Contains(command));
     const ProgramResult result = run_program({command, "--help"});
     CHECK(result.exit_code == 0);

@@ -89,6 +89,10 @@ TEST_CASE("a study killed in the middle goes on to the figures of one that was n
   // Another plan into the same folder is refused.
   ablate.more.insert(ablate.more.end(), {"--iterations", "17"});
   check_refused(ablate(), {"seed1: was made by another plan: ", "train.iterations (16 / 17)", "--out"});
+  ablate.more = {"--study", "views", "--minutes", "1"};
+  check_refused(ablate(), {"seed1: was made by another plan: minutes (null / 1.0)"});
+  ablate.more = {"--study", "views", "--tune", "fast"};
+  check_refused(ablate(), {"seed1: was made by another plan: tune (null / \"fast\")"});
 }
 
 TEST_CASE("studies that cannot be made are refused before anything is written") {

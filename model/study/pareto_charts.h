@@ -1,0 +1,18 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "model/study/scatter_chart.h"
+
+namespace degas {
+
+/// "held-out camera" or the name of the novel sequence, as people read it.
+std::string capture_title(const std::string& capture);
+
+/// Frames/s against a measure: all points of pareto.json, their front, and the published points that have the measure.
+ScatterChart speed_chart(const nlohmann::json& pareto, const std::string& capture, const std::string& measure);
+
+/// A measure at each milestone against minutes of training; strong are the lines of the front of speed and measure.
+ScatterChart training_chart(const nlohmann::json& pareto, const std::string& capture, const std::string& measure);
+
+}  // namespace degas
