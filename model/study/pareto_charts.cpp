@@ -30,6 +30,20 @@ std::string capture_title(const std::string& capture) {
                                            : capture;
 }
 
+std::vector<std::string> captures_by_use(const json& pareto) {
+  auto captures = pareto.at("measured_on").get<std::vector<std::string>>();
+  std::rotate(captures.begin(), captures.begin() + 1, captures.end());
+  return captures;
+}
+
+std::vector<std::string> charted_measures(const json& pareto, const std::string& capture) {
+  std::vector<std::string> measures;
+  for (const char* measure : {"psnr", "lpips", "face_lpips"}) {
+    if (pareto.at("fronts").at(capture).contains(measure)) measures.push_back(measure);
+  }
+  return measures;
+}
+
 ScatterChart speed_chart(const json& pareto, const std::string& capture, const std::string& measure) {
   ScatterChart chart;
   name_axes(chart, measure);

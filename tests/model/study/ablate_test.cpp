@@ -1,5 +1,6 @@
 #include <signal.h>
 
+#include "host/io/checkpoint.h"
 #include "tests/support/study_commands.h"
 
 using namespace degas;
@@ -93,6 +94,40 @@ TEST_CASE("a study killed in the middle goes on to the figures of one that was n
   check_refused(ablate(), {"seed1: was made by another plan: minutes (null / 1.0)"});
   ablate.more = {"--study", "views", "--tune", "fast"};
   check_refused(ablate(), {"seed1: was made by another plan: tune (null / \"fast\")"});
+}
+
+TEST_CASE("a variant interrupted under a budget in minutes goes on with its remaining minutes") {
+  const TemporaryFolder folder;
+  StudyCommand ablate(folder, "ablate", steps);
+  constexpr double minutes = 0.1;
+  ablate.more = {"--study", "views", "--minutes", "0.1"};
+  const fs::path run = ablate.output / "4-all-/seed1/run";
+  const auto minutes_spent = [&] {
+    return read_checkpoint(run / "checkpoint.bin").header.at("minutes_spent").get<double>();
+  };
+  std::string history;
+  {
+    RunningProgram program(ablate.arguments());
+    REQUIRE(await_lines(program, run, 4));
+    program.send(SIGINT);
+    check_finished(program.wait());
+    CHECK(minutes_spent() > 0);
+    CHECK(minutes_spent() < minutes);
+    history = file_text(run / "history.jsonl");
+  }
+  RunningProgram program(ablate.arguments());
+  while (!fs::exists(run / "../record.json") && program.running())
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  program.send(SIGINT);
+  check_finished(program.wait());
+  const json record = json::parse(file_text(run / "../record.json"));
+  const double spent = record.at("training").at("minutes").get<double>();
+  CHECK(spent >= minutes);
+  CHECK(spent == Approx(minutes_spent()).margin(1e-9));
+  // Not begun anew, and no more than a step beyond the budget.
+  CHECK_THAT(file_text(run / "history.jsonl"), Catch::StartsWith(history));
+  CHECK(spent < minutes + 0.05);
+  CHECK_THAT(record.at("command").get<std::string>(), Contains("--minutes 0.1"));
 }
 
 TEST_CASE("studies that cannot be made are refused before anything is written") {

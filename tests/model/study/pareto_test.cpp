@@ -117,6 +117,9 @@ TEST_CASE("the report is well-formed, needs no other file and says which one to 
   CHECK_THAT(html, Catch::Contains("For 30 frames/s on this device, by PSNR (held-out camera): <b>fast &lt;1&gt;</b>"));
   CHECK_THAT(html, Catch::Contains("by LPIPS (held-out camera): <b>baseline &quot;x&quot;</b>"));
   CHECK_THAT(html, Catch::Contains("Baselines on a front: baseline &quot;x&quot; (LPIPS, held-out camera)"));
+  CHECK_THAT(html, Catch::Contains("<td>PSNR, held-out camera</td><td>slow &amp; good</td><td>32.00</td><td>baseline "
+                                   "&quot;x&quot;</td><td>29.00</td><td>+3.00</td>"));
+  CHECK_THAT(html, Catch::Contains("<td>0.0100</td><td>baseline &quot;x&quot;</td><td>0.0050</td><td>+100 %</td>"));
   CHECK_THAT(html, Catch::Contains("the next better, slow &amp; good (+2.00), makes only"));
   CHECK_THAT(html, Catch::Contains("huge: out of memory"));
   // A line for every configuration and the heading; the published point is in the chart of PSNR alone.
