@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "host/error.h"
+#include "host/io/checksum.h"
 #include "host/io/file_bytes.h"
 
 namespace degas {
@@ -18,37 +19,14 @@ namespace {
 constexpr char magic[8] = {'D', 'E', 'G', 'A', 'S', 'C', 'K', 'P'};
 constexpr uint32_t version = 1;
 
-/// FNV-1a over 8-byte words, the tail by bytes: fast enough for a gigabyte, sensitive to any flipped bit.
-class Checksum {
- public:
-  void add(const void* data, size_t bytes) {
-    const auto* begin = static_cast<const unsigned char*>(data);
-    size_t i = 0;
-    for (; i + 8 <= bytes; i += 8) {
-      uint64_t word;
-      std::memcpy(&word, begin + i, 8);
-      mix(word);
-    }
-    for (; i < bytes; ++i) mix(begin[i]);
-  }
-  uint64_t value() const { return state_; }
-
- private:
-  void mix(uint64_t word) {
-    state_ = (state_ ^ word) * 0x100000001b3u;
-    state_ ^= state_ >> 32;
-  }
-  uint64_t state_ = 0xcbf29ce484222325u;
-};
-
 /// A file written under a temporary name; commit() makes it durable and gives it its own.
-class AtomicFile {
+class CheckpointFile {
  public:
-  explicit AtomicFile(std::filesystem::path path) : path_(std::move(path)), temporary_(temporary_name(path_)) {
+  explicit CheckpointFile(std::filesystem::path path) : path_(std::move(path)), temporary_(temporary_name(path_)) {
     descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     if (descriptor_ < 0) fail("cannot be written");
   }
-  ~AtomicFile() {
+  ~CheckpointFile() {
     if (descriptor_ < 0) return;
     close(descriptor_);
     std::error_code ignored;
@@ -159,7 +137,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& check
   for (const auto& [name, values] : checkpoint.arrays) index.push_back({name, values.size()});
   const std::string text = nlohmann::json{{"header", checkpoint.header}, {"arrays", index}}.dump();
   const uint64_t length = text.size();
-  AtomicFile file(path);
+  CheckpointFile file(path);
   file.write(magic, sizeof(magic));
   file.write(&version, sizeof(version));
   file.write(&length, sizeof(length));

@@ -52,30 +52,52 @@ void remove_leftovers_of(const fs::path& path) {
   for (const fs::path& leftover : leftovers) fs::remove(leftover, ignored);
 }
 
-void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
+AtomicFile::AtomicFile(const fs::path& path) : path_(path), temporary_(temporary_name(path)) {
   std::error_code ignored;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), ignored);
-  const fs::path temporary = temporary_name(path);
-  const auto fail = [&](int reason) {
-    fs::remove(temporary, ignored);
-    throw Error::format("{}: cannot be written: {}", path.string(), std::strerror(reason));
-  };
-  const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0) fail(errno);
+  file_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file_ < 0) fail(errno);
+}
+
+AtomicFile::~AtomicFile() {
+  if (file_ >= 0) close(file_);
+  std::error_code ignored;
+  fs::remove(temporary_, ignored);  // after commit there is none of this name
+}
+
+void AtomicFile::fail(int reason) const {
+  throw Error::format("{}: cannot be written: {}", path_.string(), std::strerror(reason));
+}
+
+void AtomicFile::write_at(size_t at, std::span<const std::byte> bytes) {
   for (size_t done = 0; done < bytes.size();) {
-    const ssize_t written = write(file, bytes.data() + done, bytes.size() - done);
+    const ssize_t written = pwrite(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(at + done));
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) {
-      const int reason = errno;
-      close(file);
-      fail(reason);
-    }
+    if (written <= 0) fail(errno);
     done += static_cast<size_t>(written);
   }
-  const bool flushed = fsync(file) == 0;
-  const int reason = errno;
-  if (close(file) != 0 || !flushed) fail(reason);
-  if (std::rename(temporary.c_str(), path.c_str()) != 0) fail(errno);
+}
+
+void AtomicFile::append(std::span<const std::byte> bytes) {
+  write_at(size_, bytes);
+  size_ += bytes.size();
+}
+
+void AtomicFile::overwrite(size_t at, std::span<const std::byte> bytes) {
+  write_at(at, bytes);
+}
+
+void AtomicFile::commit() {
+  if (fsync(file_) != 0) fail(errno);
+  const int file = file_;
+  file_ = -1;
+  if (close(file) != 0 || std::rename(temporary_.c_str(), path_.c_str()) != 0) fail(errno);
+}
+
+void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
+  AtomicFile file(path);
+  file.append(bytes);
+  file.commit();
 }
 
 }  // namespace degas

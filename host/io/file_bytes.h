@@ -10,8 +10,33 @@ namespace degas {
 /// The whole file. Error naming it when it is missing, no regular file or cut short while reading.
 std::vector<std::byte> read_file_bytes(const std::filesystem::path& path);
 
-/// Writes beside the target under a temporary name, flushes to disk and renames: readers see the old file or the whole
-/// new one. Makes missing parent folders. Error naming the file and the system's reason.
+/// A file that is written beside its target under a temporary name until `commit` flushes it to disk and renames it:
+/// readers see the old file or the whole new one. Without commit nothing remains. Makes missing parent folders. Errors
+/// name the target and the system's reason.
+class AtomicFile {
+ public:
+  explicit AtomicFile(const std::filesystem::path& path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  void append(std::span<const std::byte> bytes);
+  /// Replaces bytes that were appended before.
+  void overwrite(size_t at, std::span<const std::byte> bytes);
+  /// Bytes appended so far.
+  size_t size() const { return size_; }
+  void commit();
+
+ private:
+  [[noreturn]] void fail(int reason) const;
+  void write_at(size_t at, std::span<const std::byte> bytes);
+
+  std::filesystem::path path_, temporary_;
+  int file_ = -1;
+  size_t size_ = 0;
+};
+
+/// Writes the whole of an AtomicFile.
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 /// The name `path` is written under before its rename: unique per process and call, same folder, same extension.

@@ -9,6 +9,7 @@ void add_devices_command(CLI::App& app);
 void add_synth_command(CLI::App& app);
 void add_body_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);
+void add_pack_command(CLI::App& app);
 void add_train_command(CLI::App& app);
 void add_encode_faces_command(CLI::App& app);
 void add_eval_command(CLI::App& app);

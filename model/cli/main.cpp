@@ -18,6 +18,7 @@ int main(int count, char** arguments) {
   degas::add_synth_command(app);
   degas::add_body_command(app);
   degas::add_inspect_command(app);
+  degas::add_pack_command(app);
   degas::add_train_command(app);
   degas::add_encode_faces_command(app);
   degas::add_eval_command(app);

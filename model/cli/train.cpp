@@ -109,7 +109,8 @@ void add_train_command(CLI::App& app) {
   auto options = std::make_shared<TrainOptions>();
   command
       ->add_option("--data", options->data,
-                   "Capture folder in the layout of DREAMS (e.g. PxCy), ActorsHQ, AvatarReX or THuman4")
+                   "Capture folder in the layout of DREAMS (e.g. PxCy), ActorsHQ, AvatarReX or THuman4, or a file made of\n"
+                   "one by `degas pack`")
       ->required();
   command->add_option("--body", options->body, "Body model, SMPL-X npz layout")->required();
   command->add_option("--config", options->config, "JSON config, e.g. configs/quick.json")->required();

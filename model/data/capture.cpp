@@ -10,6 +10,7 @@
 #include "model/data/avatarrex_capture.h"
 #include "model/data/dreams_capture.h"
 #include "model/data/image_cache.h"
+#include "model/data/packed_capture.h"
 
 namespace degas {
 namespace fs = std::filesystem;
@@ -68,6 +69,12 @@ std::unique_ptr<Capture> open_uncached_capture(const fs::path& path, const Captu
   if (!options.format.empty() && std::find(names.begin(), names.end(), options.format) == names.end()) {
     throw Error::format("capture format '{}' is not known; known: {}", options.format, fmt::join(names, ", "));
   }
+  if (fs::is_regular_file(path)) {
+    if (!options.codes.empty()) {
+      throw Error::format("{}: a pack has its face codes within; give --codes to `degas pack`", path.string());
+    }
+    return std::make_unique<PackedCapture>(path, options.image_scale);
+  }
   if (!fs::is_directory(path)) {
     throw Error::format("{}: no such folder; name that of a capture ({})", path.string(), known_files());
   }
@@ -80,6 +87,7 @@ std::unique_ptr<Capture> open_uncached_capture(const fs::path& path, const Captu
 }
 
 std::unique_ptr<Capture> open_capture(const fs::path& path, const CaptureOptions& options) {
+  if (fs::is_regular_file(path)) return open_uncached_capture(path, options);  // a pack is decoded already
   const fs::path cache = options.cache.empty() ? cache_folder() / "captures" : options.cache;
   return std::make_unique<CachedCapture>(open_uncached_capture(path, options), cache, options.warn);
 }

@@ -85,8 +85,8 @@ struct CaptureOptions {
 /// Names of the formats that are read: dreams, avatarrex (THuman4 too), actorshq.
 std::vector<std::string> capture_formats();
 
-/// Opens a capture that decodes a picture at every load: for looking at a few. Error when the folder holds no known
-/// format, or for what the format's reader finds wrong.
+/// Opens a capture that decodes a picture at every load: for looking at a few. A file is a pack (PackedCapture). Error
+/// when a folder holds no known format, or for what the format's reader finds wrong.
 std::unique_ptr<Capture> open_uncached_capture(const std::filesystem::path& path, const CaptureOptions& options = {});
 
 /// Opens a capture with a cache of its decoded pictures in between: the first has_image or load of a camera decodes

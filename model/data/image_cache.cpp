@@ -1,15 +1,12 @@
 #include "model/data/image_cache.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 
 #include "host/error.h"
 #include "host/io/file_bytes.h"
+#include "host/io/mapped_file.h"
 #include "model/data/person_pixels.h"
 
 namespace degas {
@@ -30,54 +27,43 @@ class CachedCapture::Store {
  public:
   /// False when the file is not there or not whole: it is then written again.
   bool open(const fs::path& path, const Camera& camera, int frames) {
-    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) return false;
     std::error_code failure;
-    bytes_ = fs::file_size(path, failure);
-    void* mapped =
-        failure || bytes_ < sizeof(Header) ? MAP_FAILED : mmap(nullptr, bytes_, PROT_READ, MAP_SHARED, file, 0);
-    close(file);
-    if (mapped == MAP_FAILED) return false;
-    data_ = static_cast<const std::byte*>(mapped);
+    if (!fs::is_regular_file(path, failure) || fs::file_size(path, failure) < sizeof(Header)) return false;
+    mapped_.emplace(path);
     return is_whole(camera, frames);
-  }
-  Store() = default;
-  Store(const Store&) = delete;
-  Store& operator=(const Store&) = delete;
-  ~Store() {
-    if (data_) munmap(const_cast<std::byte*>(data_), bytes_);
   }
 
   std::span<const std::byte> frame(int index) const {
-    return {data_ + offset(index), static_cast<size_t>(offset(index + 1) - offset(index))};
+    return mapped_->bytes().subspan(offset(index), offset(index + 1) - offset(index));
   }
   std::string warning() const {
-    return {reinterpret_cast<const char*>(data_) + bytes_ - header_.warning_bytes,
-            static_cast<size_t>(header_.warning_bytes)};
+    const auto text = mapped_->bytes().last(static_cast<size_t>(header_.warning_bytes));
+    return {reinterpret_cast<const char*>(text.data()), text.size()};
   }
 
  private:
   uint64_t offset(int index) const {
     uint64_t value;
-    std::memcpy(&value, data_ + sizeof(Header) + sizeof(value) * static_cast<size_t>(index), sizeof(value));
+    std::memcpy(&value, mapped_->bytes().data() + sizeof(Header) + sizeof(value) * static_cast<size_t>(index),
+                sizeof(value));
     return value;
   }
   bool is_whole(const Camera& camera, int frames) {
-    std::memcpy(&header_, data_, sizeof(header_));
+    std::memcpy(&header_, mapped_->bytes().data(), sizeof(header_));
     const size_t begin = sizeof(Header) + sizeof(uint64_t) * (static_cast<size_t>(frames) + 1);
     if (std::memcmp(header_.magic, Header().magic, sizeof(header_.magic)) != 0 || header_.width != camera.width ||
-        header_.height != camera.height || header_.frames != frames || header_.warning_bytes < 0 || bytes_ < begin) {
+        header_.height != camera.height || header_.frames != frames || header_.warning_bytes < 0 ||
+        mapped_->bytes().size() < begin) {
       return false;
     }
     if (offset(0) != begin) return false;
     for (int i = 0; i < frames; ++i) {
       if (offset(i + 1) < offset(i)) return false;
     }
-    return offset(frames) + static_cast<uint64_t>(header_.warning_bytes) == bytes_;
+    return offset(frames) + static_cast<uint64_t>(header_.warning_bytes) == mapped_->bytes().size();
   }
 
-  const std::byte* data_ = nullptr;
-  size_t bytes_ = 0;
+  std::optional<MappedFile> mapped_;
   Header header_;
 };
 

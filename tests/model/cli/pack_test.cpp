@@ -1,0 +1,72 @@
+#include <signal.h>
+
+#include "tests/support/catch.h"
+#include "tests/support/training_commands.h"
+
+using namespace degas;
+using namespace degas::test;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+TEST_CASE("degas pack makes a file that degas train trains from") {
+  const TemporaryFolder folder;
+  const fs::path pack = folder / "P1C1.pack";
+  const ProgramResult made =
+      run_program({"pack", "--data", (training_scene() / "P1C1").string(), "--out", pack.string()});
+  CAPTURE(made.output, made.errors);
+  REQUIRE(made.exit_code == 0);
+  CHECK(made.errors.empty());
+  CHECK_THAT(made.output, Contains("6 frames, 5 cameras, 30 pictures") && Contains("pictures/s") && Contains("ETA"));
+
+  TrainCommand train(folder, tiny_config());
+  train.data = pack;
+  train.more = {"--iterations", "2"};
+  const ProgramResult trained = train();
+  CAPTURE(trained.output, trained.errors);
+  CHECK(trained.exit_code == 0);
+  // It has no pictures of its own in the cache, and goes on only with the scale it was packed at.
+  train.more = {"--iterations", "2", "--set", "data.image_scale=0.5", "--resume"};
+  const ProgramResult refused = train();
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.errors, Contains("were packed at image_scale 1, but data.image_scale is 0.5"));
+
+  fs::resize_file(pack, fs::file_size(pack) / 2);
+  train.more = {"--iterations", "2"};
+  const ProgramResult cut = train();
+  CHECK(cut.exit_code == 2);
+  CHECK_THAT(cut.errors, Contains("P1C1.pack: has ") && Contains("cut short"));
+  CHECK(std::count(cut.errors.begin(), cut.errors.end(), '\n') == 1);
+}
+
+TEST_CASE("degas pack says what it cannot pack, and writes nothing then") {
+  const TemporaryFolder folder;
+  const std::string data = (training_scene() / "P1C1").string();
+  const ProgramResult to_folder = run_program({"pack", "--data", data, "--out", folder.path().string()});
+  CHECK(to_folder.exit_code == 2);
+  CHECK_THAT(to_folder.errors, Contains("is a folder; --out names the file to write"));
+  const ProgramResult of_nothing =
+      run_program({"pack", "--data", (folder / "none").string(), "--out", (folder / "a").string()});
+  CHECK(of_nothing.exit_code == 2);
+  CHECK_THAT(of_nothing.errors, Contains("none: no such folder"));
+  CHECK(fs::is_empty(folder.path()));
+}
+
+TEST_CASE("Ctrl-C leaves no half-written pack") {
+  const TemporaryFolder folder, source;
+  // Long enough to be interrupted: at every moment the file is whole or not there.
+  REQUIRE(run_program({"synth", "--out", source.path().string(), "--frames", "40", "--novel-frames", "1", "--views",
+                       "5", "--width", "320", "--height", "320"})
+              .exit_code == 0);
+  for (const int milliseconds : {30, 120, 300}) {
+    RunningProgram program({"pack", "--data", (source / "P1C1").string(), "--out", (folder / "a.pack").string()});
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    program.send(SIGINT);
+    const ProgramResult result = program.wait();
+    CAPTURE(milliseconds, result.output, result.errors);
+    for (const auto& entry : fs::directory_iterator(folder.path())) {
+      CHECK(entry.path().filename() == "a.pack");
+      CHECK_THAT(result.output, Contains("wrote "));
+    }
+    fs::remove(folder / "a.pack");
+  }
+}
