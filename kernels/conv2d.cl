@@ -18,7 +18,6 @@
 // Launch gather: (panels * groups, items over the pixels of a phase, phases), the first two in either order; local size
 // free, {1, 1, 1} on CPUs.
 #include "common/gather.cl"
-#include "common/prefetch.cl"
 
 #define TILES_AHEAD 2  // distance of prefetches
 
@@ -101,8 +100,9 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
       corner[0] = sources + ((long)image * s.source_height + first_y) * source_line + first_x * s.source_channels;
       global REAL* target_at =
           targets + ((long)image * s.target_height * s.target_width + first_position) * s.target_channels;
-      // Without such a bias only prefetched.
-      global const REAL* bias_at = has_bias ? biases + (long)first_position * s.target_channels : target_at;
+      // Without such a bias only prefetched, and not the target where it is streamed.
+      global const REAL* bias_at = STREAM ? source : target_at;
+      if (has_bias) bias_at = biases + (long)first_position * s.target_channels;
 #pragma unroll
       for (int p = 0; p < PIXELS; ++p) {
         if (p > 0) corner[p] = corner[p - 1] + pitch;
@@ -110,7 +110,7 @@ kernel void gather(global const REAL* source, global const REAL* weight, global 
 #pragma unroll
         for (int v = 0; v < VECTORS; ++v) {
           PREFETCH(bias_at + p * target_pitch + v * V);
-          PREFETCH_WRITE(target_at + p * target_pitch + v * V);
+          if (!STREAM) PREFETCH_WRITE(target_at + p * target_pitch + v * V);
         }
       }
       for (int ty = 0; ty < taps_y; ++ty) {

@@ -8,7 +8,6 @@
 // Launch: (groups, items over tiles, 1), the first two in either order; local size {1, 1, 1}.
 #define VECTORS 1
 #include "common/gather.cl"
-#include "common/prefetch.cl"
 
 #define COLUMNS ((PIXELS - 1) * STEP + TAPS)  // source pixels of a line that a tile reads
 
@@ -74,14 +73,14 @@ kernel void gather_rows(global const REAL* source, global const REAL* weight, gl
     const int top = row * s.source_step.y + s.lead.y, left = column * STEP + s.lead.x;
     const bool inside = left >= 0 && left + COLUMNS <= s.source_width;
     global REAL* target_at = target + ((long)line * s.target_width + column) * s.target_channels + channel;
-    // Without such a bias only prefetched.
-    global const REAL* bias_at =
-        has_bias ? bias + ((long)row * s.target_width + column) * s.target_channels + channel : target_at;
+    // Without such a bias only prefetched, and not the target where it is streamed.
+    global const REAL* bias_at = STREAM ? source : target_at;
+    if (has_bias) bias_at = bias + ((long)row * s.target_width + column) * s.target_channels + channel;
     global const REAL* first = sources + ((long)image * s.source_height + top) * source_line + left * SOURCE_CHANNELS;
 #pragma unroll
     for (int p = 0; p < PIXELS; ++p) {
       PREFETCH(bias_at + p * s.target_channels);
-      PREFETCH_WRITE(target_at + p * s.target_channels);
+      if (!STREAM) PREFETCH_WRITE(target_at + p * s.target_channels);
     }
     // What the next tile will be the first to read.
     global const REAL* ahead = first + (s.kernel_size.y - 1) * source_line + PIXELS * STEP * SOURCE_CHANNELS;

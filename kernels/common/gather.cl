@@ -1,7 +1,13 @@
 // What the two gather kernels of convolutions (conv2d.cl, conv2d_rows.cl) and the packing of their weights share.
 // -D VECTORS: vectors of V channels an item holds for each target pixel: together a panel.
+// -D STREAM: 1 where the target is too large for the caches and its channels are whole vectors.
+#include "common/prefetch.cl"
 #include "common/real.cl"
 #include "common/tail.cl"
+
+#ifndef STREAM
+#define STREAM 0
+#endif
 
 #define PANEL (VECTORS * V)
 
@@ -51,7 +57,11 @@ inline void finish_pixel(const REALV sum[VECTORS], global const REAL* bias, cons
       REALV value = sum[v];
       if (has_bias) value += load_tail(bias + v * V, lanes - v * V);
       value = value > 0 ? value : value * negative_slope;
+#ifdef STREAM_VECTOR
+      STREAM_VECTOR(value, target + v * V);
+#else
       store_tail(value, target + v * V, lanes - v * V);
+#endif
     }
   }
 }

@@ -11,3 +11,11 @@
 #define PREFETCH(pointer)
 #define PREFETCH_WRITE(pointer)
 #endif
+
+// Stores a whole vector past the caches where STREAM is 1: what is too large to stay there until it is read need not be
+// fetched before it is overwritten. pointer: aligned to the vector's size.
+#if V > 1 && STREAM && WIDE && defined(__has_builtin)
+#if __has_builtin(__builtin_nontemporal_store)
+#define STREAM_VECTOR(value, pointer) __builtin_nontemporal_store(value, (global REALV*)(pointer))
+#endif
+#endif
