@@ -12,7 +12,7 @@ namespace degas {
 enum class JointMasks { Joint, Modulo, None };
 /// Skinning weights of a texel: interpolated over its triangle, or those of its nearest vertex.
 enum class SkinningInterpolation { Barycentric, Nearest };
-enum class LpipsNetwork { Alex, Squeeze };
+enum class LpipsNetwork { Alex, Squeeze, Vgg };
 /// The part of the picture that the perceptual loss sees: all, the person's box, or the face's box.
 enum class LossRegion { Full, Person, Face };
 /// What tells the face's expression (method.md, "Driving signals"): the codes of a portrait encoder; the registered
@@ -63,7 +63,7 @@ struct GaussianConfig {
 struct LossConfig {
   double ssim_weight = 0.2;                         ///< w of (1 - w) L1 + w (1 - SSIM)
   double lpips_weight = 0.1;                        ///< 0 switches the perceptual loss off
-  LpipsNetwork lpips_network = LpipsNetwork::Alex;  ///< alex | squeeze
+  LpipsNetwork lpips_network = LpipsNetwork::Alex;  ///< alex | squeeze | vgg
   std::string lpips_weights;                        ///< path of lpips_{network}_v0.1.npz; empty: $DEGAS_LPIPS
   LossRegion lpips_region = LossRegion::Full;       ///< full | person | face
   int lpips_every = 1;                              ///< steps between perceptual losses (its weight grows as much)

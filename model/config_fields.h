@@ -20,7 +20,7 @@ inline std::vector<std::string> choice_names<SkinningInterpolation>() {
 }
 template <>
 inline std::vector<std::string> choice_names<LpipsNetwork>() {
-  return {"alex", "squeeze"};
+  return {"alex", "squeeze", "vgg"};
 }
 template <>
 inline std::vector<std::string> choice_names<LossRegion>() {

@@ -70,7 +70,7 @@ Lpips::Lpips(Device& device, const std::vector<LpipsLayer>& layers) {
       throw std::logic_error(
           fmt::format("[lpips] a layer has {} convolutions, needs {}", source.convolutions.size(), needed));
     }
-    Layer layer{source.kind, {}, source.ceil_mode, {}};
+    Layer layer{source.kind, {}, source.ceil_mode, {}, source.window};
     int64_t outputs = 0;
     for (const LpipsConvolution& convolution : source.convolutions) {
       layer.convolutions.push_back(upload(device, convolution));
@@ -92,8 +92,8 @@ Lpips::Lpips(Device& device, const std::vector<LpipsLayer>& layers) {
 int Lpips::output_side(int side) const {
   for (const Layer& layer : layers_) {
     if (layer.kind == LpipsLayer::Kind::Pool) {
-      if (side < 3) return 0;
-      side = (side - 3 + (layer.ceil_mode ? 1 : 0)) / 2 + 1;
+      if (side < layer.window) return 0;
+      side = (side - layer.window + (layer.ceil_mode ? 1 : 0)) / 2 + 1;
     }
     for (const Convolution& convolution : layer.convolutions) {
       const int kernel = static_cast<int>(convolution.weight.dim(1)), room = side + 2 * convolution.padding - kernel;
@@ -113,7 +113,7 @@ void Lpips::run(Tape& tape, const Tensor& image,
                 const std::function<void(const Layer&, const Tensor&)>& compare) const {
   Tensor current = normalize_input(tape, image);
   for (const Layer& layer : layers_) {
-    if (layer.kind == LpipsLayer::Kind::Pool) current = max_pool(tape, current, layer.ceil_mode);
+    if (layer.kind == LpipsLayer::Kind::Pool) current = max_pool(tape, current, layer.ceil_mode, layer.window);
     if (layer.kind == LpipsLayer::Kind::Convolution) current = convolve(tape, current, layer.convolutions[0]);
     if (layer.kind == LpipsLayer::Kind::Fire) {
       const Tensor squeezed = convolve(tape, current, layer.convolutions[0]);

@@ -22,6 +22,7 @@ struct LpipsLayer {
   std::vector<LpipsConvolution> convolutions;
   bool ceil_mode = false;              ///< Pool
   std::vector<float> feature_weights;  ///< one per channel where this layer's output is compared; empty where not
+  int window = 3;                      ///< Pool
 };
 
 /// Perceptual distance (Zhang et al. 2018, version 0.1): features of a frozen network, unit length over the channels at
@@ -48,6 +49,7 @@ class Lpips {
     std::vector<Convolution> convolutions;
     bool ceil_mode;
     Tensor feature_weights;
+    int window;
   };
 
   static Convolution upload(Device& device, const LpipsConvolution& source);

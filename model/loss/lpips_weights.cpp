@@ -1,5 +1,7 @@
 #include "model/loss/lpips_weights.h"
 
+#include <fmt/format.h>
+
 #include <cstdlib>
 
 #include "host/error.h"
@@ -16,8 +18,12 @@ class Reader {
     return {shape, file_.read(name + ".weight", shape).floats(), file_.read(name + ".bias", {shape[0]}).floats(),
             stride, padding};
   }
-  LpipsLayer convolution_layer(const std::string& name, const Shape& shape, int stride, int padding) {
-    return {LpipsLayer::Kind::Convolution, {convolution(name, shape, stride, padding)}, false, next_linear(shape[0])};
+  LpipsLayer convolution_layer(const std::string& name, const Shape& shape, int stride, int padding,
+                               bool compared = true) {
+    return {LpipsLayer::Kind::Convolution,
+            {convolution(name, shape, stride, padding)},
+            false,
+            compared ? next_linear(shape[0]) : std::vector<float>{}};
   }
   /// SqueezeNet's block: squeeze by 1x1, then expand to 2 * `expand` channels by 1x1 and 3x3.
   LpipsLayer fire_layer(const std::string& name, int64_t inputs, int64_t squeeze, int64_t expand, bool compared) {
@@ -38,18 +44,37 @@ class Reader {
   int linear_ = 0;
 };
 
-LpipsLayer pool(bool ceil_mode) {
-  return {LpipsLayer::Kind::Pool, {}, ceil_mode, {}};
+LpipsLayer pool(bool ceil_mode, int window = 3) {
+  return {LpipsLayer::Kind::Pool, {}, ceil_mode, {}, window};
 }
 
 std::string file_name(LpipsNetwork network) {
-  return network == LpipsNetwork::Alex ? "lpips_alex_v0.1.npz" : "lpips_squeeze_v0.1.npz";
+  const char* names[] = {"alex", "squeeze", "vgg"};
+  return fmt::format("lpips_{}_v0.1.npz", names[static_cast<int>(network)]);
+}
+
+/// Five stages of 3x3 convolutions; the last of each is compared, and a pool of 2x2 stands before the next.
+std::vector<LpipsLayer> vgg_layers(Reader& reader) {
+  std::vector<LpipsLayer> layers;
+  int64_t inputs = 3;
+  int place = 0;  // in torchvision's list, where each convolution is followed by its ReLU
+  for (const std::vector<int64_t>& stage : std::vector<std::vector<int64_t>>{
+           {64, 64}, {128, 128}, {256, 256, 256}, {512, 512, 512}, {512, 512, 512}}) {
+    if (place > 0) layers.push_back(pool(false, 2)), ++place;
+    for (size_t i = 0; i < stage.size(); ++i, place += 2) {
+      layers.push_back(reader.convolution_layer(fmt::format("features.{}", place), {stage[i], inputs, 3, 3}, 1, 1,
+                                                i + 1 == stage.size()));
+      inputs = stage[i];
+    }
+  }
+  return layers;
 }
 
 }  // namespace
 
 std::vector<LpipsLayer> load_lpips_layers(const std::filesystem::path& path, LpipsNetwork network) {
   Reader reader(path);
+  if (network == LpipsNetwork::Vgg) return vgg_layers(reader);
   std::vector<LpipsLayer> layers;
   if (network == LpipsNetwork::Alex) {
     layers.push_back(reader.convolution_layer("features.0", {64, 3, 11, 11}, 4, 2));

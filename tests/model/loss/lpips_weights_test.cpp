@@ -1,10 +1,14 @@
 #include "model/loss/lpips_weights.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 
 #include "host/error.h"
 #include "host/io/image.h"
+#include "host/io/npz.h"
+#include "model/net/parameter_store.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;
@@ -49,6 +53,54 @@ TEST_CASE("LPIPS of the reference images is the published distance") {
   };
   CHECK(distance("ex_p0.png") == Approx(far).margin(1e-4));
   CHECK(distance("ex_p1.png") == Approx(near).margin(1e-4));
+}
+
+TEST_CASE("LPIPS by VGG16 equals PyTorch's, with weights of VGG's shapes") {
+  // As in tests/vectors/make_lpips_vgg.py, which printed the number below.
+  constexpr uint64_t seed = 5;
+  constexpr int height = 35, width = 48;
+  Device& device = test::device(KernelSet::Wide);
+  const auto drawn = [&](const std::string& name, const Shape& shape, double bound) {
+    return ParameterStore(device, seed).create_uniform(name, shape, bound).to_host<float>();
+  };
+  std::map<std::string, NpyArray> arrays;
+  const std::vector<std::vector<int64_t>> stages = {
+      {64, 64}, {128, 128}, {256, 256, 256}, {512, 512, 512}, {512, 512, 512}};
+  int64_t inputs = 3;
+  int place = 0;
+  for (size_t stage = 0; stage < stages.size(); ++stage) {
+    for (const int64_t outputs : stages[stage]) {
+      const std::string name = "features." + std::to_string(place);
+      const Shape shape{outputs, inputs, 3, 3};
+      arrays[name + ".weight"] =
+          NpyArray::from(shape, std::span<const float>(drawn(name + ".weight", shape, std::sqrt(6.0 / (9 * inputs)))));
+      arrays[name + ".bias"] =
+          NpyArray::from({outputs}, std::span<const float>(drawn(name + ".bias", {outputs}, 0.1)));
+      inputs = outputs;
+      place += 2;
+    }
+    ++place;  // the pool
+    const std::string name = "lin" + std::to_string(stage);
+    std::vector<float> linear = drawn(name, {inputs}, 1);
+    for (float& value : linear) value += 1;
+    arrays[name] = NpyArray::from({inputs}, std::span<const float>(linear));
+  }
+  const TemporaryFolder folder;
+  write_npz(folder / "lpips_vgg_v0.1.npz", arrays);
+  const Lpips lpips(device, load_lpips_layers(lpips_weights_path(folder.path().string(), LpipsNetwork::Vgg),
+                                              LpipsNetwork::Vgg));
+  const auto drawn_picture = [&](const std::string& name) {
+    std::vector<float> values = drawn(name, {height, width, 3}, 1);
+    for (float& value : values) value = 0.5f + 0.5f * value;
+    return Tensor::from(device, {height, width, 3}, std::span<const float>(values));
+  };
+  Tape tape(device, false);
+  CHECK(lpips.distance(tape, drawn_picture("image"), drawn_picture("target")).to_host<double>()[0] ==
+        Approx(1.3601687743).margin(1e-5));
+  arrays.erase("features.28.bias");
+  write_npz(folder / "lpips_vgg_v0.1.npz", arrays);
+  CHECK_THROWS_WITH(load_lpips_layers(folder / "lpips_vgg_v0.1.npz", LpipsNetwork::Vgg),
+                    Catch::Contains("lpips_vgg_v0.1.npz") && Catch::Contains("features.28.bias"));
 }
 
 TEST_CASE("missing LPIPS weights are an error that names the remedy") {
