@@ -4,6 +4,7 @@
 
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "host/error.h"
 
@@ -33,7 +34,7 @@ OnnxModel::OnnxModel(const std::filesystem::path& path, const OnnxInput& input, 
     throw Error::format("{}: is no ONNX network that OpenCV {} reads: {}", path.string(), CV_VERSION,
                         first_line(error.err));
   }
-  const Image8 empty = Image8::black(input.side, input.side, 3);
+  const std::vector<float> empty(static_cast<size_t>(input.side) * static_cast<size_t>(input.side) * 3);
   size_t largest = 0;
   for (const std::string& name : names) {
     if (!output.empty() && name != output) continue;
@@ -47,17 +48,14 @@ OnnxModel::OnnxModel(const std::filesystem::path& path, const OnnxInput& input, 
 
 OnnxModel::~OnnxModel() = default;
 
-std::vector<float> OnnxModel::run(const Image8& picture, const std::string& output) {
-  if (picture.width != input_.side || picture.height != input_.side || picture.channels != 3) {
-    throw std::logic_error("[onnx model] a picture of another size than the input");
-  }
+std::vector<float> OnnxModel::run(std::span<const float> picture, const std::string& output) {
   const int sizes[] = {1, 3, input_.side, input_.side};
   cv::Mat blob(4, sizes, CV_32F);
   const size_t pixels = static_cast<size_t>(input_.side) * static_cast<size_t>(input_.side);
   for (size_t channel = 0; channel < 3; ++channel) {
     float* plane = blob.ptr<float>(0, static_cast<int>(channel));
     for (size_t i = 0; i < pixels; ++i) {
-      plane[i] = static_cast<float>((picture.pixels[3 * i + channel] - input_.mean[channel]) * input_.scale[channel]);
+      plane[i] = static_cast<float>((picture[3 * i + channel] - input_.mean[channel]) * input_.scale[channel]);
     }
   }
   try {
@@ -73,7 +71,20 @@ std::vector<float> OnnxModel::run(const Image8& picture, const std::string& outp
 }
 
 std::vector<float> OnnxModel::operator()(const Image8& picture) {
-  return run(picture, output_);
+  if (picture.width != input_.side || picture.height != input_.side || picture.channels != 3) {
+    throw std::logic_error("[onnx model] a picture of another size than the input");
+  }
+  return run(std::vector<float>(picture.pixels.begin(), picture.pixels.end()), output_);
+}
+
+std::vector<float> OnnxModel::operator()(std::span<const float> square, int side) {
+  if (square.size() != static_cast<size_t>(side) * static_cast<size_t>(side) * 3) {
+    throw std::logic_error("[onnx model] a square that is none, or not of RGB");
+  }
+  const cv::Mat given(side, side, CV_32FC3, const_cast<float*>(square.data()));
+  cv::Mat picture;
+  cv::resize(given, picture, {input_.side, input_.side}, 0, 0, cv::INTER_LINEAR);
+  return run({picture.ptr<float>(), picture.total() * 3}, output_);
 }
 
 }  // namespace degas

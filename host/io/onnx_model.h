@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,10 +27,14 @@ class OnnxModel {
 
   /// An RGB picture of side x side. Gives all numbers of the output in a row.
   std::vector<float> operator()(const Image8& picture);
+  /// The same of a square of any side, values 0..255, brought to the input's side by linear interpolation between pixel
+  /// centres (torch's interpolate without antialiasing, by which FID is defined).
+  std::vector<float> operator()(std::span<const float> square, int side);
 
  private:
   struct Network;
-  std::vector<float> run(const Image8& picture, const std::string& output);
+  /// picture: RGB values 0..255 of the input's side.
+  std::vector<float> run(std::span<const float> picture, const std::string& output);
 
   std::filesystem::path path_;
   OnnxInput input_;

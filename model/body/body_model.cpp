@@ -172,15 +172,12 @@ Pose BodyModel::with_hand_mean(Pose pose) const {
   return pose;
 }
 
-std::vector<int> BodyModel::head_vertices() const {
+std::vector<int> BodyModel::vertices_of(std::initializer_list<int> joints) const {
   std::vector<int> vertices;
   for (int v = 0; v < vertex_count(); ++v) {
     double sum = 0;
     for (const JointWeight& share : skinning_weights(v)) {
-      const int joint = share.joint;
-      if (joint == HeadJoint || joint == JawJoint || joint == LeftEyeJoint || joint == RightEyeJoint) {
-        sum += share.weight;
-      }
+      if (std::find(joints.begin(), joints.end(), share.joint) != joints.end()) sum += share.weight;
     }
     if (sum > 0.5) vertices.push_back(v);
   }

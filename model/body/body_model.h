@@ -84,12 +84,15 @@ class BodyModel {
   Pose with_hand_mean(Pose pose) const;
   bool has_hand_mean() const { return !hand_means_.empty(); }
   /// Vertices whose summed weight of head, jaw and eye joints exceeds one half, ascending.
-  std::vector<int> head_vertices() const;
+  std::vector<int> head_vertices() const { return vertices_of({HeadJoint, JawJoint, LeftEyeJoint, RightEyeJoint}); }
+  /// Those that the jaw moves: its weight exceeds one half.
+  std::vector<int> jaw_vertices() const { return vertices_of({JawJoint}); }
 
  private:
   friend class BodyModelReader;
   BodyModel() = default;
   void check(const Pose& pose) const;
+  std::vector<int> vertices_of(std::initializer_list<int> joints) const;
   void add_shapes(std::vector<Eigen::Vector3d>& vertices, const std::vector<double>& betas,
                   const std::vector<double>& expression) const;
   void add_pose_shapes(std::vector<Eigen::Vector3d>& vertices, const Pose& pose) const;

@@ -3,6 +3,7 @@
 #include "host/device/tuner.h"
 #include "host/error.h"
 #include "model/cli/commands.h"
+#include "model/cli/metric_options.h"
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
 #include "model/data/selection.h"
@@ -13,30 +14,50 @@ namespace degas {
 namespace {
 
 struct EvalOptions {
-  std::filesystem::path run, data, output;
+  std::filesystem::path run, data, output, pictures, truth;
   std::string cameras, frames;
+  MetricChoice metrics;
   CaptureChoice capture;
   DeviceChoice device;
 };
+
+void print_figures(const EvaluationSummary& summary) {
+  if (summary.without_face > 0)
+    fmt::print("{} pictures do not show the head: not in the face figures\n", summary.without_face);
+  for (const auto& [key, value] : summary.metrics.items()) {
+    if (value.is_number_float()) fmt::print("{:<18} {:.4f}\n", key, value.get<double>());
+    if (value.is_null()) fmt::print("{:<18} -\n", key);
+  }
+}
+
+EvaluationOptions evaluation_of(const EvalOptions& options, Device& device, const LossConfig& loss) {
+  EvaluationOptions evaluation;
+  evaluation.output = options.output;
+  evaluation.networks = options.metrics.networks(device, loss);
+  evaluation.stop_requested = StopSignal::requested;
+  return evaluation;
+}
+
+EvaluationProgress shown_by(Progress& progress) {
+  return [&](int done, int total) {
+    progress.show(static_cast<double>(done) / total, fmt::format("picture {} of {}", done, total));
+  };
+}
 
 void evaluate_run(const EvalOptions& options) {
   Device device(options.device.options());
   set_tuner(device, options.device.tune.value_or(TuneMode::Off));
   TrainedAvatar avatar(device, RunFolder(options.run));
   const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(avatar.config()));
-  EvaluationOptions evaluation;
+  EvaluationOptions evaluation = evaluation_of(options, device, avatar.config().loss);
   const std::vector<std::string>& held_out = avatar.config().data.hold_out;
   const std::vector<std::string> cameras = options.cameras.empty() ? held_out : selection_parts(options.cameras);
   evaluation.cameras = selected_cameras(cameras, capture->camera_names(), "--cameras");
   evaluation.frames = selected_frames(selection_parts(options.frames), capture->frame_count(), "--frames");
-  evaluation.output = options.output;
-  evaluation.stop_requested = StopSignal::requested;
 
   const StopSignal stop;
   Progress progress;
-  const EvaluationSummary summary = evaluate(device, avatar, *capture, evaluation, [&](int done, int total) {
-    progress.show(static_cast<double>(done) / total, fmt::format("picture {} of {}", done, total));
-  });
+  const EvaluationSummary summary = evaluate(device, avatar, *capture, evaluation, shown_by(progress));
   progress.finish();
   if (summary.refined_pictures > 0) {
     fmt::print("{} of {} pictures are of frames whose pose training refined: drawn with the refined pose\n",
@@ -48,14 +69,32 @@ void evaluate_run(const EvalOptions& options) {
   }
   if (summary.without_picture > 0)
     fmt::print("{} frames and cameras have no picture: left out\n", summary.without_picture);
-  if (summary.without_face > 0)
-    fmt::print("{} pictures do not show the head: not in the face figures\n", summary.without_face);
-  for (const char* key :
-       {"psnr", "ssim", "lpips", "face_psnr", "face_ssim", "face_lpips", "decode_ms", "render_ms", "fps"}) {
-    const nlohmann::json& value = summary.metrics.at(key);
-    fmt::print("{:<12} {}\n", key, value.is_null() ? std::string("-") : fmt::format("{:.4f}", value.get<double>()));
-  }
+  print_figures(summary);
   print_tuning(device);
+}
+
+void evaluate_given(const EvalOptions& options) {
+  Device device(options.device.options());
+  set_tuner(device, options.device.tune.value_or(TuneMode::Off));
+  const EvaluationOptions evaluation = evaluation_of(options, device, {});
+  const StopSignal stop;
+  Progress progress;
+  const EvaluationSummary summary =
+      evaluate_pictures(device, options.pictures, EvaluationFolder(options.truth), evaluation, shown_by(progress));
+  progress.finish();
+  print_figures(summary);
+  print_tuning(device);
+}
+
+void run_eval(const EvalOptions& options) {
+  if (!options.pictures.empty()) {
+    evaluate_given(options);
+  } else if (!options.run.empty()) {
+    evaluate_run(options);
+  } else {
+    throw Error(
+        "eval: name --run and --data to draw and measure an avatar, or --pictures and --truth to measure files");
+  }
   fmt::print("wrote {}\n", (options.output / "metrics.json").string());
 }
 
@@ -64,20 +103,29 @@ void evaluate_run(const EvalOptions& options) {
 void add_eval_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "eval",
-      "Measure a trained avatar against a capture's pictures: PSNR, SSIM, LPIPS on the full image, the person's box "
-      "and the\n"
-      "face box, over white. Writes metrics.json, per_frame.csv, truth/, render/ and sheets/ with the error");
+      "Measure a trained avatar, or pictures drawn by anything, against a capture's pictures: PSNR, SSIM, LPIPS, FID\n"
+      "on the full image, the person's, the face's and the mouth's box, and AED, over white. Writes metrics.json,\n"
+      "per_frame.csv, worst.png, boxes.json, truth/, render/ and sheets/ with the error");
   auto options = std::make_shared<EvalOptions>();
-  command->add_option("--run", options->run, "Run folder of `degas train`")->required();
-  command->add_option("--data", options->data, "Capture to measure on: the trained one, or a novel sequence")
-      ->required();
+  CLI::Option* data =
+      command->add_option("--data", options->data, "Capture to measure on: the trained one, or a novel sequence");
+  CLI::Option* run = command->add_option("--run", options->run, "Run folder of `degas train`")->needs(data);
+  CLI::Option* truth =
+      command->add_option("--truth", options->truth,
+                          "Folder of an earlier `degas eval`: its photographs and boxes are what --pictures meet");
+  command
+      ->add_option("--pictures", options->pictures,
+                   "Instead of --run: a folder of pictures to measure, named as in the other's truth/")
+      ->needs(truth)
+      ->excludes(run);
   command->add_option("--cameras", options->cameras,
                       fmt::format("{} (default: the held-out ones, else all)", cameras_help));
   command->add_option("--frames", options->frames, frames_help);
   command->add_option("--out", options->output, "Folder to write")->required();
+  add_metric_options(*command, options->metrics);
   add_capture_options(*command, options->capture);
   add_device_options(*command, options->device);
-  command->callback([options] { evaluate_run(*options); });
+  command->callback([options] { run_eval(*options); });
 }
 
 }  // namespace degas

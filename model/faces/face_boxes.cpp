@@ -31,7 +31,7 @@ std::vector<FaceBox> projected_faces(const Capture& capture, const BodyModel& bo
       const Camera view = capture.camera(camera);
       const double angle = frontal_angle(body, pose, betas, view.center());
       if (!(angle <= max_angle)) continue;
-      if (const auto box = head_box(head, view)) faces.push_back({frame, camera, *box, angle});
+      if (const auto box = projected_box(head, view)) faces.push_back({frame, camera, *box, angle});
     }
   }
   return faces;

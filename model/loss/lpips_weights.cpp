@@ -58,8 +58,8 @@ std::vector<LpipsLayer> vgg_layers(Reader& reader) {
   std::vector<LpipsLayer> layers;
   int64_t inputs = 3;
   int place = 0;  // in torchvision's list, where each convolution is followed by its ReLU
-  for (const std::vector<int64_t>& stage : std::vector<std::vector<int64_t>>{
-           {64, 64}, {128, 128}, {256, 256, 256}, {512, 512, 512}, {512, 512, 512}}) {
+  for (const std::vector<int64_t>& stage :
+       std::vector<std::vector<int64_t>>{{64, 64}, {128, 128}, {256, 256, 256}, {512, 512, 512}, {512, 512, 512}}) {
     if (place > 0) layers.push_back(pool(false, 2)), ++place;
     for (size_t i = 0; i < stage.size(); ++i, place += 2) {
       layers.push_back(reader.convolution_layer(fmt::format("features.{}", place), {stage[i], inputs, 3, 3}, 1, 1,

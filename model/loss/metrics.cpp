@@ -11,7 +11,7 @@
 namespace degas {
 namespace {
 
-constexpr int person_margin = 50, person_side = 512, face_side = 256;
+constexpr int person_margin = 50, person_side = 512, box_side = 256;
 constexpr int smallest_box = 11;  // SSIM's window
 constexpr std::array<double, 3> white{1, 1, 1};
 
@@ -48,6 +48,20 @@ double psnr(std::span<const float> image, std::span<const float> target) {
   return mean < 1e-10 ? 100 : -10 * std::log10(mean);
 }
 
+double cosine_distance(std::span<const float> a, std::span<const float> b) {
+  if (a.size() != b.size() || a.empty()) {
+    throw std::logic_error(fmt::format("[cosine distance] {} values against {}", a.size(), b.size()));
+  }
+  double product = 0, square_a = 0, square_b = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    product += static_cast<double>(a[i]) * b[i];
+    square_a += static_cast<double>(a[i]) * a[i];
+    square_b += static_cast<double>(b[i]) * b[i];
+  }
+  const double lengths = std::sqrt(square_a * square_b);
+  return lengths == 0 ? 1 : 1 - product / lengths;
+}
+
 Rectangle grown_square(const Rectangle& box, int margin) {
   const int side = std::max(box.width, box.height) + 2 * margin;
   return {box.left + box.width / 2 - side / 2, box.top + box.height / 2 - side / 2, side, side};
@@ -60,36 +74,39 @@ Rectangle clipped(const Rectangle& rectangle, int width, int height) {
   return {left, top, right - left, bottom - top};
 }
 
-QualityMeter::QualityMeter(Device& device, const std::vector<LpipsLayer>& lpips_layers) : device_(device) {
-  if (!lpips_layers.empty()) lpips_.emplace(device, lpips_layers);
+MeasuredRegion whole_region(const Image8& picture, const Rectangle& person) {
+  return {{0, 0, picture.width, picture.height}, grown_square(person, person_margin), person_side};
 }
 
-std::optional<double> QualityMeter::perceptual(const Tensor& image, const Tensor& target, const Rectangle& square,
-                                               int side) const {
-  if (!lpips_) return {};
-  Tape tape(device_, false);
-  const auto cut = [&](const Tensor& picture) { return resize(tape, crop(tape, picture, square, white), side, side); };
-  return lpips_->distance(tape, cut(image), cut(target)).to_host<double>()[0];
-}
-
-ImageQuality QualityMeter::picture(const Image8& image, const Image8& target, const Rectangle& person) const {
-  require_pair(image, target);
-  const Tensor a = tensor_of(device_, image), b = tensor_of(device_, target);
-  return {psnr(floats_of(image), floats_of(target)), ssim(a, b).to_host<double>()[0],
-          perceptual(a, b, grown_square(person, person_margin), person_side)};
-}
-
-std::optional<ImageQuality> QualityMeter::box(const Image8& image, const Image8& target, const Rectangle& box) const {
-  require_pair(image, target);
-  const Rectangle inside = clipped(box, image.width, image.height);
+std::optional<MeasuredRegion> box_region(const Image8& picture, const Rectangle& box) {
+  const Rectangle inside = clipped(box, picture.width, picture.height);
   if (std::min(inside.width, inside.height) < smallest_box) return {};
-  const auto cut = [&](const Image8& picture) {
-    return cropped(picture, inside.left, inside.top, inside.width, inside.height);
-  };
-  const Image8 a = cut(image), b = cut(target);
-  return ImageQuality{
-      psnr(floats_of(a), floats_of(b)), ssim(tensor_of(device_, a), tensor_of(device_, b)).to_host<double>()[0],
-      perceptual(tensor_of(device_, image), tensor_of(device_, target), grown_square(box, 0), face_side)};
+  return MeasuredRegion{inside, grown_square(box, 0), box_side};
+}
+
+QualityMeter::QualityMeter(Device& device, const std::vector<std::vector<LpipsLayer>>& lpips) : device_(device) {
+  for (const std::vector<LpipsLayer>& layers : lpips) lpips_.emplace_back(device, layers);
+}
+
+Tensor QualityMeter::square(const Image8& image, const MeasuredRegion& region) const {
+  Tape tape(device_, false);
+  return resize(tape, crop(tape, tensor_of(device_, image), region.square, white), region.side, region.side);
+}
+
+ImageQuality QualityMeter::measure(const Image8& image, const Image8& target, const MeasuredRegion& region) const {
+  require_pair(image, target);
+  const Rectangle& inside = region.inside;
+  const Image8 a = cropped(image, inside.left, inside.top, inside.width, inside.height);
+  const Image8 b = cropped(target, inside.left, inside.top, inside.width, inside.height);
+  ImageQuality quality{
+      psnr(floats_of(a), floats_of(b)), ssim(tensor_of(device_, a), tensor_of(device_, b)).to_host<double>()[0], {}};
+  if (lpips_.empty()) return quality;
+  Tape tape(device_, false);
+  const Tensor image_square = square(image, region), target_square = square(target, region);
+  for (const Lpips& lpips : lpips_) {
+    quality.lpips.push_back(lpips.distance(tape, image_square, target_square).to_host<double>()[0]);
+  }
+  return quality;
 }
 
 }  // namespace degas

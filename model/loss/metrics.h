@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "host/io/image.h"
 #include "host/ops/image.h"
@@ -13,9 +14,13 @@ namespace degas {
 /// at most 100 (equal images). Throws std::logic_error on different or no sizes; NaN gives NaN.
 double psnr(std::span<const float> image, std::span<const float> target);
 
+/// 1 - the cosine of the angle between two codes of one size (std::logic_error); 1 where one is zero throughout. The
+/// distance that AED averages.
+double cosine_distance(std::span<const float> a, std::span<const float> b);
+
 struct ImageQuality {
   double psnr = 0, ssim = 0;
-  std::optional<double> lpips;  ///< where there are weights
+  std::vector<double> lpips;  ///< by each of the meter's networks
 };
 
 /// `box` grown by `margin` pixels on each side, then on its shorter sides to a square about the same middle.
@@ -23,24 +28,32 @@ Rectangle grown_square(const Rectangle& box, int margin);
 /// The part of a rectangle that lies within a picture of that size; empty width or height when none does.
 Rectangle clipped(const Rectangle& rectangle, int width, int height);
 
+/// The part of a picture that a figure is of.
+struct MeasuredRegion {
+  Rectangle inside;  ///< what PSNR and SSIM see; lies within the picture
+  Rectangle square;  ///< what networks (LPIPS, FID) see; may reach over the border, where it is white ..
+  int side = 0;      ///< .. after it is brought to so many pixels
+};
+/// The whole picture; for networks the person's box grown by 50 px and squared, at 512x512.
+MeasuredRegion whole_region(const Image8& picture, const Rectangle& person);
+/// The part of a box within the picture; for networks the whole box squared, at 256x256. Nothing when fewer than 11
+/// pixels of a side lie within the picture, SSIM's window.
+std::optional<MeasuredRegion> box_region(const Image8& picture, const Rectangle& box);
+
 /// The evaluation protocol of method.md on 8-bit RGB pictures over a white background.
 class QualityMeter {
  public:
-  /// lpips_layers: empty for no LPIPS.
-  QualityMeter(Device& device, const std::vector<LpipsLayer>& lpips_layers);
+  /// lpips: the layers of each network to measure LPIPS by; may be empty.
+  QualityMeter(Device& device, const std::vector<std::vector<LpipsLayer>>& lpips);
 
-  /// PSNR and SSIM (valid region) of the whole picture; LPIPS of the person's box grown by 50 px and squared, at
-  /// 512x512.
-  ImageQuality picture(const Image8& image, const Image8& target, const Rectangle& person) const;
-  /// PSNR and SSIM within the box; LPIPS of the box squared, at 256x256. Nothing when fewer than 11 pixels of a side of
-  /// the box lie within the picture.
-  std::optional<ImageQuality> box(const Image8& image, const Image8& target, const Rectangle& box) const;
+  /// PSNR, SSIM (valid region) and LPIPS of two pictures of one size (std::logic_error).
+  ImageQuality measure(const Image8& image, const Image8& target, const MeasuredRegion& region) const;
+  /// The region's square, (side,side,3) in 0..1: what networks are given.
+  Tensor square(const Image8& image, const MeasuredRegion& region) const;
 
  private:
-  std::optional<double> perceptual(const Tensor& image, const Tensor& target, const Rectangle& square, int side) const;
-
   Device& device_;
-  std::optional<Lpips> lpips_;
+  std::vector<Lpips> lpips_;
 };
 
 }  // namespace degas

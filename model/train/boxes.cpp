@@ -8,21 +8,37 @@
 
 namespace degas {
 
-std::vector<Eigen::Vector3d> head_points(const BodyModel& body, const Pose& pose, const std::vector<double>& betas) {
+namespace {
+
+std::vector<Eigen::Vector3d> posed_points(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
+                                          const std::vector<int>& chosen) {
   const std::vector<Eigen::Vector3d> vertices = body.posed_vertices(pose, betas, true);
   std::vector<Eigen::Vector3d> points;
-  for (const int vertex : body.head_vertices()) points.push_back(vertices[static_cast<size_t>(vertex)]);
+  for (const int vertex : chosen) points.push_back(vertices[static_cast<size_t>(vertex)]);
   return points;
+}
+
+/// Grown by its size over `part` on every side, and cut to the picture.
+std::optional<Rectangle> grown(const std::optional<Rectangle>& box, int part, const Camera& camera) {
+  if (!box) return box;
+  const int x = box->width / part, y = box->height / part;
+  return clipped({box->left - x, box->top - y, box->width + 2 * x, box->height + 2 * y}, camera.width, camera.height);
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> head_points(const BodyModel& body, const Pose& pose, const std::vector<double>& betas) {
+  return posed_points(body, pose, betas, body.head_vertices());
 }
 
 std::optional<Rectangle> head_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
                                   const Camera& camera) {
-  return head_box(head_points(body, pose, betas), camera);
+  return projected_box(head_points(body, pose, betas), camera);
 }
 
-std::optional<Rectangle> head_box(const std::vector<Eigen::Vector3d>& head_points, const Camera& camera) {
+std::optional<Rectangle> projected_box(const std::vector<Eigen::Vector3d>& points, const Camera& camera) {
   double left = std::numeric_limits<double>::infinity(), top = left, right = -left, bottom = -left;
-  for (const Eigen::Vector3d& point : head_points) {
+  for (const Eigen::Vector3d& point : points) {
     const Eigen::Vector3d pixel = camera.project(point);
     if (!(pixel.z() > 0)) return std::nullopt;
     left = std::min(left, pixel.x());
@@ -30,7 +46,7 @@ std::optional<Rectangle> head_box(const std::vector<Eigen::Vector3d>& head_point
     top = std::min(top, pixel.y());
     bottom = std::max(bottom, pixel.y());
   }
-  // Also false when there is no head vertex at all, or a coordinate is not finite.
+  // Also false when there is no point at all, or a coordinate is not finite.
   if (!(right > 0 && left < camera.width && bottom > 0 && top < camera.height)) return std::nullopt;
   const auto pixel_of = [](double value, int limit) { return static_cast<int>(std::clamp<double>(value, 0, limit)); };
   const int x0 = pixel_of(std::floor(left), camera.width), x1 = pixel_of(std::ceil(right), camera.width);
@@ -40,11 +56,12 @@ std::optional<Rectangle> head_box(const std::vector<Eigen::Vector3d>& head_point
 
 std::optional<Rectangle> face_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
                                   const Camera& camera) {
-  const std::optional<Rectangle> head = head_box(body, pose, betas, camera);
-  if (!head) return head;
-  const int x = head->width / 8, y = head->height / 8;
-  return clipped({head->left - x, head->top - y, head->width + 2 * x, head->height + 2 * y}, camera.width,
-                 camera.height);
+  return grown(head_box(body, pose, betas, camera), 8, camera);
+}
+
+std::optional<Rectangle> mouth_box(const BodyModel& body, const Pose& pose, const std::vector<double>& betas,
+                                   const Camera& camera) {
+  return grown(projected_box(posed_points(body, pose, betas, body.jaw_vertices()), camera), 4, camera);
 }
 
 }  // namespace degas

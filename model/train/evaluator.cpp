@@ -1,14 +1,12 @@
 #include "model/train/evaluator.h"
 
 #include <chrono>
-#include <cmath>
-#include <sstream>
+#include <numeric>
+#include <set>
 
 #include "host/error.h"
-#include "host/io/file_bytes.h"
 #include "host/io/image.h"
 #include "model/loss/lpips_weights.h"
-#include "model/loss/metrics.h"
 #include "model/train/boxes.h"
 #include "model/train/picture.h"
 #include "model/train/training_views.h"
@@ -23,65 +21,49 @@ double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// A mean that knows whether it has seen anything.
-class Mean {
- public:
-  void add(double value) {
-    total_ += value;
-    ++count_;
-  }
-  nlohmann::json json() const { return count_ ? nlohmann::json(total_ / count_) : nlohmann::json(); }
-
- private:
-  double total_ = 0;
-  int count_ = 0;
-};
-
-/// PSNR, SSIM and LPIPS of one region, averaged over pictures.
-struct QualityMeans {
-  Mean psnr, ssim, lpips;
-  void add(const ImageQuality& quality) {
-    psnr.add(quality.psnr);
-    ssim.add(quality.ssim);
-    if (quality.lpips) lpips.add(*quality.lpips);
-  }
-  void store(nlohmann::json& metrics, const std::string& prefix) const {
-    metrics[prefix + "psnr"] = psnr.json();
-    metrics[prefix + "ssim"] = ssim.json();
-    metrics[prefix + "lpips"] = lpips.json();
-  }
-};
-
-std::string csv_cells(const std::optional<ImageQuality>& quality) {
-  if (!quality) return ",,,";
-  return fmt::format(",{:.6f},{:.6f},{}", quality->psnr, quality->ssim,
-                     quality->lpips ? fmt::format("{:.6f}", *quality->lpips) : std::string());
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-std::vector<LpipsLayer> lpips_layers_if_any(const LossConfig& loss) {
-  try {
-    return load_lpips_layers(lpips_weights_path(loss.lpips_weights, LpipsNetwork::Alex), LpipsNetwork::Alex);
-  } catch (const Error& error) {
-    fmt::print(stderr, "degas: no LPIPS in this evaluation: {}\n", error.what());
-    return {};
-  }
+void require_going_on(const EvaluationOptions& options) {
+  if (options.stop_requested()) throw Error("interrupted: no metrics.json was written; pictures made so far stand");
+}
+
+/// At the end: an evaluation that fails leaves the files of an earlier one.
+void write_results(const EvaluationFolder& folder, const Scores& scores, const nlohmann::json& metrics,
+                   const std::function<fs::path(const EvaluatedPicture&)>& truth,
+                   const std::function<fs::path(const EvaluatedPicture&)>& render) {
+  write_image(folder.path() / "worst.png", scores.worst_sheet([&](const EvaluatedPicture& picture) {
+    return std::pair(read_image(truth(picture)), read_image(render(picture)));
+  }));
+  folder.write_pictures(scores.pictures());
+  folder.write_text("per_frame.csv", scores.table());
+  folder.write_text("metrics.json", metrics.dump(2) + '\n');
 }
 
 }  // namespace
 
-EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture& capture,
-                           const EvaluationOptions& options, const std::function<void(int done, int total)>& progress) {
-  for (const char* folder : {"truth", "render", "sheets"}) fs::create_directories(options.output / folder);
-  std::ostringstream csv;  // written at the end: an evaluation that fails leaves the files of an earlier one
-  csv << "camera,frame,refined,psnr,ssim,lpips,person_psnr,person_ssim,person_lpips,face_psnr,face_ssim,face_lpips\n";
+MetricNetworks default_metric_networks(const LossConfig& loss) {
+  MetricNetworks networks;
+  try {
+    const fs::path path = lpips_weights_path(loss.lpips_weights, LpipsNetwork::Alex);
+    networks.lpips.emplace_back(LpipsNetwork::Alex, load_lpips_layers(path, LpipsNetwork::Alex));
+  } catch (const Error& error) {
+    fmt::print(stderr, "degas: no LPIPS in this evaluation: {}\n", error.what());
+  }
+  return networks;
+}
 
-  const QualityMeter meter(device, lpips_layers_if_any(avatar.config().loss));
+EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture& capture,
+                           const EvaluationOptions& options, const EvaluationProgress& progress) {
+  const EvaluationFolder folder(options.output);
+  for (const char* part : {"truth", "render", "sheets"}) fs::create_directories(options.output / part);
+  const MetricNetworks networks = options.networks ? *options.networks : default_metric_networks(avatar.config().loss);
+  Scores scores(device, networks);
   FaceCodes codes = avatar.face_codes(capture);
   SplatWorkspace workspace;
   EvaluationSummary summary;
-  QualityMeans whole, person, face;
-  Mean decode_ms, render_ms;
-  std::vector<int> frames_seen;
+  std::vector<double> decode_ms, render_ms;
   const int total = static_cast<int>(options.frames.size() * options.cameras.size());
   int done = 0;
   {
@@ -102,7 +84,7 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
     const double decode_time = milliseconds_since(decode_start);
 
     for (int camera : options.cameras) {
-      if (options.stop_requested()) throw Error("interrupted: no metrics.json was written; pictures made so far stand");
+      require_going_on(options);
       progress(++done, total);
       if (!capture.has_image(frame, camera)) {
         ++summary.without_picture;
@@ -113,53 +95,75 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
       const SplatImage image =
           splat(tape, workspace, splats, sample.view, {1, 1, 1}, splat_options(avatar.config().render));
       device.finish();
-      render_ms.add(milliseconds_since(render_start));
-      decode_ms.add(decode_time);
+      render_ms.push_back(milliseconds_since(render_start));
+      decode_ms.push_back(decode_time);
 
       const Image8 render = to_image8(image.color), truth = over_background(sample, {255, 255, 255});
-      const Rectangle person_box = mask_box(sample.mask);
-      const std::optional<Rectangle> face_rectangle =
-          face_box(avatar.avatar().body(), capture.pose(frame), avatar.avatar().betas(), sample.view);
-      const ImageQuality whole_quality = meter.picture(render, truth, person_box);
-      const std::optional<ImageQuality> person_quality = meter.box(render, truth, person_box);
-      const std::optional<ImageQuality> face_quality =
-          face_rectangle ? meter.box(render, truth, *face_rectangle) : std::nullopt;
-      whole.add(whole_quality);
-      if (person_quality) person.add(*person_quality);
-      if (face_quality) face.add(*face_quality);
-      summary.without_face += !face_quality;
+      const BodyModel& body = avatar.avatar().body();
+      const Pose pose = capture.pose(frame);
+      const EvaluatedPicture picture{capture.camera_names()[camera],
+                                     frame,
+                                     avatar.is_refined(capture, frame),
+                                     mask_box(sample.mask),
+                                     face_box(body, pose, avatar.avatar().betas(), sample.view),
+                                     mouth_box(body, pose, avatar.avatar().betas(), sample.view)};
+      write_image(folder.truth(picture), truth);
+      write_image(folder.render(picture), render);
+      write_image(folder.sheet(picture), comparison_sheet(truth, render));
+      scores.add(picture, truth, render);
       ++summary.pictures;
-      summary.refined_pictures += avatar.is_refined(capture, frame);
-      if (frames_seen.empty() || frames_seen.back() != frame) frames_seen.push_back(frame);
-
-      const std::string name = fmt::format("{}_{:06}", capture.camera_names()[camera], frame);
-      write_image(options.output / "truth" / (name + ".png"), truth);
-      write_image(options.output / "render" / (name + ".png"), render);
-      write_image(options.output / "sheets" / (name + ".png"), comparison_sheet(truth, render));
-      csv << capture.camera_names()[camera] << ',' << frame << ',' << avatar.is_refined(capture, frame)
-          << csv_cells(whole_quality) << csv_cells(person_quality) << csv_cells(face_quality) << '\n';
+      summary.refined_pictures += picture.refined;
     }
   }
   if (summary.pictures == 0) throw Error("none of the chosen frames and cameras has a picture to compare with");
 
-  nlohmann::json& metrics = summary.metrics;
-  whole.store(metrics, "");
-  person.store(metrics, "person_");
-  face.store(metrics, "face_");
-  metrics["frames"] = frames_seen.size();
+  summary.without_face = scores.without_face();
+  nlohmann::json& metrics = summary.metrics = scores.metrics();
   metrics["cameras"] = options.cameras.size();
-  metrics["pictures"] = summary.pictures;
   metrics["refined_pictures"] = summary.refined_pictures;
   metrics["gaussians"] = avatar.avatar().gaussian_count();
   metrics["parameters"] = avatar.avatar().network().parameters().count();
-  metrics["decode_ms"] = decode_ms.json();
-  metrics["render_ms"] = render_ms.json();
-  metrics["fps"] = 1000.0 / (decode_ms.json().get<double>() + render_ms.json().get<double>());
+  metrics["decode_ms"] = mean_of(decode_ms);
+  metrics["render_ms"] = mean_of(render_ms);
+  metrics["fps"] = 1000.0 / (mean_of(decode_ms) + mean_of(render_ms));
   metrics["device"] = device.description().name;
   metrics["steps"] = avatar.steps_trained();
-  const std::string table = csv.str(), text = metrics.dump(2) + '\n';
-  write_file_atomically(options.output / "per_frame.csv", std::as_bytes(std::span<const char>(table)));
-  write_file_atomically(options.output / "metrics.json", std::as_bytes(std::span<const char>(text)));
+  write_results(
+      folder, scores, metrics, [&](const EvaluatedPicture& picture) { return folder.truth(picture); },
+      [&](const EvaluatedPicture& picture) { return folder.render(picture); });
+  return summary;
+}
+
+EvaluationSummary evaluate_pictures(Device& device, const fs::path& pictures, const EvaluationFolder& truth,
+                                    const EvaluationOptions& options, const EvaluationProgress& progress) {
+  const std::vector<EvaluatedPicture> wanted = truth.read_pictures();
+  const EvaluationFolder folder(options.output);
+  const auto given = [&](const EvaluatedPicture& picture) { return pictures / (picture.name() + ".png"); };
+  fs::create_directories(options.output / "sheets");
+  const MetricNetworks networks = options.networks ? *options.networks : default_metric_networks({});
+  Scores scores(device, networks);
+  EvaluationSummary summary;
+  std::set<std::string> cameras;
+  for (const EvaluatedPicture& picture : wanted) {
+    require_going_on(options);
+    progress(++summary.pictures, static_cast<int>(wanted.size()));
+    const Image8 photograph = read_image(truth.truth(picture)), image = read_image(given(picture));
+    if (image.width != photograph.width || image.height != photograph.height) {
+      throw Error::format("{}: {}x{} pixels, and {} has {}x{}; draw it at that size", given(picture).string(),
+                          image.width, image.height, truth.truth(picture).string(), photograph.width,
+                          photograph.height);
+    }
+    write_image(folder.sheet(picture), comparison_sheet(photograph, image));
+    scores.add(picture, photograph, image);
+    summary.refined_pictures += picture.refined;
+    cameras.insert(picture.camera);
+  }
+  summary.without_face = scores.without_face();
+  summary.metrics = scores.metrics();
+  summary.metrics["cameras"] = cameras.size();
+  summary.metrics["refined_pictures"] = summary.refined_pictures;
+  write_results(
+      folder, scores, summary.metrics, [&](const EvaluatedPicture& picture) { return truth.truth(picture); }, given);
   return summary;
 }
 

@@ -57,12 +57,23 @@ std::string chart_of(const std::map<std::string, ChartSeries>& curves, const std
 }
 
 std::string metrics_table(const std::vector<std::pair<std::string, nlohmann::json>>& columns) {
-  constexpr std::pair<const char*, const char*> rows[] = {{"psnr", "PSNR, dB"},         {"ssim", "SSIM"},
-                                                          {"lpips", "LPIPS (AlexNet)"}, {"face_psnr", "face PSNR, dB"},
-                                                          {"face_ssim", "face SSIM"},   {"face_lpips", "face LPIPS"},
-                                                          {"frames", "frames"},         {"cameras", "cameras"},
-                                                          {"gaussians", "Gaussians"},   {"parameters", "parameters"},
-                                                          {"decode_ms", "decode, ms"},  {"render_ms", "render, ms"},
+  constexpr std::pair<const char*, const char*> rows[] = {{"psnr", "PSNR, dB"},
+                                                          {"ssim", "SSIM"},
+                                                          {"lpips", "LPIPS (AlexNet)"},
+                                                          {"fid", "FID"},
+                                                          {"face_psnr", "face PSNR, dB"},
+                                                          {"face_ssim", "face SSIM"},
+                                                          {"face_lpips", "face LPIPS"},
+                                                          {"mouth_psnr", "mouth PSNR, dB"},
+                                                          {"mouth_ssim", "mouth SSIM"},
+                                                          {"mouth_lpips", "mouth LPIPS"},
+                                                          {"aed", "AED"},
+                                                          {"frames", "frames"},
+                                                          {"cameras", "cameras"},
+                                                          {"gaussians", "Gaussians"},
+                                                          {"parameters", "parameters"},
+                                                          {"decode_ms", "decode, ms"},
+                                                          {"render_ms", "render, ms"},
                                                           {"fps", "frames/s"}};
   std::string html = "<table><tr><th></th>";
   for (const auto& [name, metrics] : columns) html += "<th>" + escape(name) + "</th>";
@@ -115,10 +126,12 @@ void write_report(const fs::path& output, const ReportInputs& inputs) {
   for (const fs::path& folder : inputs.evaluations) {
     const std::vector<fs::path> sheets = choose_sheets(folder / "sheets", inputs.pictures);
     if (sheets.empty()) continue;
+    const fs::path worst = folder / "worst.png";
     html += fmt::format("<h2>Pictures: {}</h2><p>Truth, render, error.</p>", escape(folder.filename().string()));
     for (const fs::path& sheet : sheets) {
       html += figure(read_file(sheet), "png", escape(sheet.stem().string()));
     }
+    if (fs::exists(worst)) html += figure(read_file(worst), "png", "the worst, by the person's box and by the face's");
   }
   const fs::path config = inputs.run / "config.json";
   html += "<h2>Configuration</h2><details><summary>every key</summary><pre>" + escape(read_file(config)) +

@@ -14,7 +14,7 @@ struct ReportInputs {
 };
 
 /// Writes one HTML file that needs no other: curves of loss and PSNR as SVG, the metrics of each evaluation in a table,
-/// and its sheets (truth, render, error) embedded. Throws Error naming a missing or broken file.
+/// and its sheets (truth, render, error) and worst pictures embedded. Throws Error naming a missing or broken file.
 void write_report(const std::filesystem::path& output, const ReportInputs& inputs);
 
 }  // namespace degas

@@ -38,6 +38,18 @@ TEST_CASE("a network is given RGB with mean and scale by channel, and its larges
   CHECK(by_name(even_picture(16, 1, 2, 3)) == std::vector<float>{6});
 }
 
+TEST_CASE("a square of another side is interpolated between pixel centres") {
+  OnnxModel model(channel_means, {16, {0, 0, 0}, {1, 1, 1}});
+  // Red rises by 2 a pixel of 8: between the centres the same slope, beyond the outer ones nothing.
+  std::vector<float> square(8 * 8 * 3);
+  for (size_t i = 0; i < 64; ++i) square[3 * i] = 2 * static_cast<float>(i % 8) + 100;
+  CHECK(model(square, 8)[0] == Approx(107));
+  square.assign(8 * 8 * 3, 0);
+  square[0] = 64;  // a corner: along each axis one pixel sees it whole, the next two by 3/4 and 1/4
+  CHECK(model(square, 8)[0] == Approx(64 * 2.0 * 2.0 / 256));
+  CHECK_THROWS_AS(model(square, 9), std::logic_error);
+}
+
 TEST_CASE("what is no network, or takes another input, is named") {
   const TemporaryFolder folder;
   write_file_atomically(folder / "text.onnx", std::vector<std::byte>(100, std::byte{'x'}));

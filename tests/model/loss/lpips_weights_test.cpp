@@ -74,8 +74,7 @@ TEST_CASE("LPIPS by VGG16 equals PyTorch's, with weights of VGG's shapes") {
       const Shape shape{outputs, inputs, 3, 3};
       arrays[name + ".weight"] =
           NpyArray::from(shape, std::span<const float>(drawn(name + ".weight", shape, std::sqrt(6.0 / (9 * inputs)))));
-      arrays[name + ".bias"] =
-          NpyArray::from({outputs}, std::span<const float>(drawn(name + ".bias", {outputs}, 0.1)));
+      arrays[name + ".bias"] = NpyArray::from({outputs}, std::span<const float>(drawn(name + ".bias", {outputs}, 0.1)));
       inputs = outputs;
       place += 2;
     }
@@ -87,8 +86,8 @@ TEST_CASE("LPIPS by VGG16 equals PyTorch's, with weights of VGG's shapes") {
   }
   const TemporaryFolder folder;
   write_npz(folder / "lpips_vgg_v0.1.npz", arrays);
-  const Lpips lpips(device, load_lpips_layers(lpips_weights_path(folder.path().string(), LpipsNetwork::Vgg),
-                                              LpipsNetwork::Vgg));
+  const Lpips lpips(
+      device, load_lpips_layers(lpips_weights_path(folder.path().string(), LpipsNetwork::Vgg), LpipsNetwork::Vgg));
   const auto drawn_picture = [&](const std::string& name) {
     std::vector<float> values = drawn(name, {height, width, 3}, 1);
     for (float& value : values) value = 0.5f + 0.5f * value;

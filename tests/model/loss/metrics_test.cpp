@@ -52,20 +52,31 @@ TEST_CASE("a picture's quality, whole and in a box") {
     for (int x = 5; x < 30; ++x) image.at(x, y)[1] ^= 16;  // 16 levels in one of three channels
   }
   const QualityMeter meter(device, {});
-  const ImageQuality whole = meter.picture(image, target, {5, 10, 25, 20});
+  const ImageQuality whole = meter.measure(image, target, whole_region(image, {5, 10, 25, 20}));
+  const auto in_box = [&](const Image8& picture, const Rectangle& box) {
+    return meter.measure(picture, target, box_region(picture, box).value());
+  };
   const double one = 16.0 / 255 * (16.0 / 255) / 3;
   CHECK(whole.psnr == Approx(-10 * std::log10(one * 500 / 3000)).epsilon(1e-5));
-  CHECK_FALSE(whole.lpips);
-  const auto box = meter.box(image, target, {5, 10, 25, 20});
-  REQUIRE(box);
-  CHECK(box->psnr == Approx(-10 * std::log10(one)).epsilon(1e-5));
-  CHECK(box->ssim < whole.ssim);
-  CHECK(meter.box(image, target, {30, 10, 25, 20})->psnr == 100);
-  CHECK(meter.box(target, target, {5, 10, 25, 20})->ssim == Approx(1));
+  CHECK(whole.lpips.empty());
+  const ImageQuality box = in_box(image, {5, 10, 25, 20});
+  CHECK(box.psnr == Approx(-10 * std::log10(one)).epsilon(1e-5));
+  CHECK(box.ssim < whole.ssim);
+  CHECK(in_box(image, {30, 10, 25, 20}).psnr == 100);
+  CHECK(in_box(target, {5, 10, 25, 20}).ssim == Approx(1));
   // Only what lies within the picture counts; a box that is all but outside has no quality.
-  CHECK(meter.box(image, target, {-20, 10, 50, 20})->psnr == Approx(-10 * std::log10(one * 25 / 30)).epsilon(1e-5));
-  CHECK_FALSE(meter.box(image, target, {50, 10, 30, 30}));
-  CHECK_THROWS_AS(meter.picture(image, noise(50, 60, 1), {0, 0, 9, 9}), std::logic_error);
+  CHECK(in_box(image, {-20, 10, 50, 20}).psnr == Approx(-10 * std::log10(one * 25 / 30)).epsilon(1e-5));
+  CHECK_FALSE(box_region(image, {50, 10, 30, 30}));
+  CHECK_THROWS_AS(meter.measure(image, noise(50, 60, 1), whole_region(image, {0, 0, 9, 9})), std::logic_error);
+}
+
+TEST_CASE("the cosine distance by hand") {
+  const std::vector<float> a{3, 4}, b{4, 3}, zero{0, 0};
+  CHECK(cosine_distance(a, b) == Approx(1 - 24.0 / 25));
+  CHECK(cosine_distance(a, a) == Approx(0).margin(1e-15));
+  CHECK(cosine_distance(a, std::vector<float>{-6, -8}) == Approx(2));
+  CHECK(cosine_distance(a, zero) == 1);
+  CHECK_THROWS_AS(cosine_distance(a, std::vector<float>{1}), std::logic_error);
 }
 
 TEST_CASE("LPIPS of the person's box grown by 50 pixels and squared, at 512x512 over white") {
@@ -74,7 +85,7 @@ TEST_CASE("LPIPS of the person's box grown by 50 pixels and squared, at 512x512 
   Device& device = test::device(KernelSet::Wide);
   const std::vector<LpipsLayer> layers = load_lpips_layers(weights, LpipsNetwork::Squeeze);
   const Image8 a = noise(90, 70, 1), b = noise(90, 70, 2);
-  const QualityMeter meter(device, layers);
+  const QualityMeter meter(device, {layers});
   Tape tape(device, false);
   const auto cut = [&](const Image8& image, const Rectangle& r, int side) {
     std::vector<float> values(static_cast<size_t>(r.width) * r.height * 3, 1.0f);
@@ -91,6 +102,8 @@ TEST_CASE("LPIPS of the person's box grown by 50 pixels and squared, at 512x512 
   const auto expected = [&](const Rectangle& r, int side) {
     return lpips.distance(tape, cut(a, r, side), cut(b, r, side)).to_host<double>()[0];
   };
-  CHECK(*meter.picture(a, b, {20, 10, 30, 40}).lpips == Approx(expected({-35, -40, 140, 140}, 512)).epsilon(1e-5));
-  CHECK(*meter.box(a, b, {20, 10, 30, 40})->lpips == Approx(expected({15, 10, 40, 40}, 256)).epsilon(1e-5));
+  CHECK(meter.measure(a, b, whole_region(a, {20, 10, 30, 40})).lpips.at(0) ==
+        Approx(expected({-35, -40, 140, 140}, 512)).epsilon(1e-5));
+  CHECK(meter.measure(a, b, box_region(a, {20, 10, 30, 40}).value()).lpips.at(0) ==
+        Approx(expected({15, 10, 40, 40}, 256)).epsilon(1e-5));
 }

@@ -65,6 +65,26 @@ TEST_CASE("the head's box is the tightest around its vertices") {
   CHECK((box->height > 60 && box->height < 160));
 }
 
+TEST_CASE("the mouth's box holds what the jaw moves, moves with it, and lies within the face's") {
+  Pose pose = rest_pose();
+  const Camera camera = facing_camera(pose);
+  const Rectangle face = face_box(body(), pose, {}, camera).value();
+  const Rectangle closed = mouth_box(body(), pose, {}, camera).value();
+  const std::vector<Eigen::Vector3d> vertices = body().posed_vertices(pose, {}, true);
+  REQUIRE(body().jaw_vertices().size() > 10);
+  for (const int vertex : body().jaw_vertices()) {
+    const Eigen::Vector3d pixel = camera.project(vertices[static_cast<size_t>(vertex)]);
+    CHECK((pixel.x() > closed.left && pixel.x() < closed.left + closed.width));
+    CHECK((pixel.y() > closed.top && pixel.y() < closed.top + closed.height));
+  }
+  CHECK((closed.left >= face.left && closed.left + closed.width <= face.left + face.width));
+  CHECK(closed.top > face.top + face.height / 3);
+  CHECK(closed.height < face.height / 2);
+  pose.axis_angles[JawJoint] = {0.35, 0, 0};
+  const Rectangle open = mouth_box(body(), pose, {}, camera).value();
+  CHECK(open.top + open.height > closed.top + closed.height);
+}
+
 TEST_CASE("the head's box is cut to the picture; a head out of sight has none") {
   const Pose pose = rest_pose();
   const Camera camera = facing_camera(pose);

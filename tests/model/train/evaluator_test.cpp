@@ -100,8 +100,9 @@ TEST_CASE("an evaluation writes its figures and the pictures they can be made fr
   CHECK(summary.without_face == 0);
   const nlohmann::json metrics = nlohmann::json::parse(file_text(out / "metrics.json"));
   CHECK(metrics == summary.metrics);
-  for (const char* key : {"psnr", "ssim", "lpips", "face_psnr", "face_ssim", "face_lpips", "frames", "cameras",
-                          "gaussians", "parameters", "decode_ms", "render_ms", "fps"}) {
+  for (const char* key :
+       {"psnr", "ssim", "lpips", "face_psnr", "face_ssim", "face_lpips", "mouth_psnr", "mouth_ssim", "mouth_lpips",
+        "frames", "cameras", "gaussians", "parameters", "decode_ms", "render_ms", "fps"}) {
     CAPTURE(key);
     REQUIRE(metrics.contains(key));
     const bool measured =
@@ -131,7 +132,18 @@ TEST_CASE("an evaluation writes its figures and the pictures they can be made fr
   REQUIRE(lines.size() == 5);
   CHECK(lines[0].rfind("camera,frame,refined,psnr,", 0) == 0);
   CHECK(lines[1].rfind("cam01,0,1,", 0) == 0);
-  for (const std::string& line : lines) CHECK(std::count(line.begin(), line.end(), ',') == 11);
+  for (const std::string& line : lines) CHECK(std::count(line.begin(), line.end(), ',') == 14);
+
+  // Scored as given pictures, its own renders have the same figures to the bit.
+  EvaluationOptions options = options_for({}, {}, trained().folder / "again");
+  options.networks = default_metric_networks(trained().avatar->config().loss);
+  const EvaluationSummary again = evaluate_pictures(wide(), out / "render", EvaluationFolder(out), options, ignore);
+  for (const auto& [key, value] : again.metrics.items()) {
+    CAPTURE(key);
+    CHECK(value == metrics.at(key));
+  }
+  CHECK(file_text(trained().folder / "again/per_frame.csv") == file_text(out / "per_frame.csv"));
+  CHECK(file_text(trained().folder / "again/worst.png") == file_text(out / "worst.png"));
 }
 
 TEST_CASE("a novel sequence is never drawn with refined poses") {

@@ -1,0 +1,116 @@
+#include "model/cli/metric_options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <memory>
+#include <sstream>
+
+#include "host/error.h"
+#include "host/io/onnx_model.h"
+#include "model/config_fields.h"
+#include "model/faces/face_encoder.h"
+#include "model/loss/lpips_weights.h"
+
+namespace degas {
+namespace {
+
+/// What an ONNX network of pictures takes, and which of its outputs counts.
+struct NetworkInput {
+  OnnxInput picture;
+  std::string output;
+};
+
+double number_of(const std::string& text, const std::string& option, const std::string& part) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    throw Error::format("{}: '{}' must be a number", option, part);
+  }
+  return value;
+}
+
+/// "side=299,mean=127.5,scale=0.0078,output=pool" over the defaults.
+NetworkInput parse_input(const std::string& text, const std::string& option, NetworkInput input) {
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const size_t sign = part.find('=');
+    const std::string key = part.substr(0, sign), value = sign == std::string::npos ? "" : part.substr(sign + 1);
+    if (key == "side") {
+      input.picture.side = static_cast<int>(number_of(value, option, part));
+      if (input.picture.side < 1 || input.picture.side > 4096) {
+        throw Error::format("{}: '{}' must be from 1 to 4096", option, part);
+      }
+    } else if (key == "mean") {
+      input.picture.mean.fill(number_of(value, option, part));
+    } else if (key == "scale") {
+      input.picture.scale.fill(number_of(value, option, part));
+    } else if (key == "output" && !value.empty()) {
+      input.output = value;
+    } else {
+      throw Error::format("{}: '{}' is no KEY=VALUE; keys are side, mean, scale and output", option, part);
+    }
+  }
+  return input;
+}
+
+LpipsNetwork lpips_network(const std::string& name) {
+  const std::vector<std::string> names = choice_names<LpipsNetwork>();
+  return static_cast<LpipsNetwork>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+}  // namespace
+
+MetricNetworks MetricChoice::networks(Device& device, const LossConfig& loss) const {
+  MetricNetworks networks = lpips.empty() ? default_metric_networks(loss) : MetricNetworks();
+  for (const std::string& name : lpips) {
+    // The path of a config may be that of one network's file; another's is looked for beside it.
+    std::filesystem::path configured = loss.lpips_weights;
+    if (std::filesystem::is_regular_file(configured)) configured = configured.parent_path();
+    const LpipsNetwork network = lpips_network(name);
+    networks.lpips.emplace_back(network, load_lpips_layers(lpips_weights_path(configured.string(), network), network));
+  }
+  if (!inception.empty()) {
+    const OnnxInput usual{299, {127.5, 127.5, 127.5}, {1 / 127.5, 1 / 127.5, 1 / 127.5}};
+    const NetworkInput input = parse_input(inception_input, "--inception-input", {usual, ""});
+    const auto model = std::make_shared<OnnxModel>(inception, input.picture, input.output);
+    networks.inception = [model](std::span<const float> square, int side) { return (*model)(square, side); };
+    networks.description["inception"] = file_description(inception);
+  }
+  if (!expression.empty()) {
+    const bool is_onnx = expression.extension() == ".onnx";
+    const NetworkInput input = parse_input(expression_input, "--expression-input", {});
+    const FaceEncoder encoder = is_onnx ? make_onnx_encoder(expression, input.picture, input.output)
+                                        : make_dpe_encoder(device, expression, parse_encoder_keys(keys));
+    networks.expression = encoder.code;
+    networks.expression_side = encoder.side;
+    networks.description["expression"] = encoder.description;
+  }
+  return networks;
+}
+
+void add_metric_options(CLI::App& command, MetricChoice& choice) {
+  command
+      .add_option("--lpips", choice.lpips,
+                  "LPIPS by these of alex, squeeze and vgg, each from lpips_NAME_v0.1.npz (default: alex,\n"
+                  "where its weights are)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(choice_names<LpipsNetwork>()));
+  CLI::Option* inception = command.add_option("--inception", choice.inception,
+                                              "FID by this ONNX network, (1,3,N,N) RGB pictures to features");
+  command
+      .add_option("--inception-input", choice.inception_input,
+                  "Its side N, pixels (value - mean) * scale of 0..255, and output that counts (default:\n"
+                  "side=299,mean=127.5,scale=0.00784314, the largest output)")
+      ->needs(inception);
+  CLI::Option* expression = command.add_option(
+      "--expression", choice.expression,
+      "AED by this network of face pictures: ONNX, or DPE's checkpoint (.pt, .npz) with its encoder");
+  command
+      .add_option("--expression-input", choice.expression_input,
+                  "The same of an ONNX one (default: side=256,mean=0,scale=0.00392157)")
+      ->needs(expression);
+  command.add_option("--keys", choice.keys, "Where DPE's encoder lies in its checkpoint; see encode-faces")
+      ->needs(expression);
+}
+
+}  // namespace degas

@@ -1,0 +1,79 @@
+#include "model/train/evaluation_folder.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdlib>
+
+#include "host/error.h"
+#include "host/io/file_bytes.h"
+
+namespace degas {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const std::optional<Rectangle>& box) {
+  return box ? Json{box->left, box->top, box->width, box->height} : Json();
+}
+
+constexpr int largest_coordinate = 100000;
+
+/// Throws Error without the file's name.
+std::optional<Rectangle> box_of(const Json& json) {
+  if (json.is_null()) return {};
+  const auto numbers = json.get<std::array<int, 4>>();
+  for (const int number : numbers) {
+    if (std::abs(number) > largest_coordinate) throw Error::format("a box has {}", number);
+  }
+  if (numbers[2] < 1 || numbers[3] < 1) throw Error::format("a box has {}x{} pixels", numbers[2], numbers[3]);
+  return Rectangle{numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+}  // namespace
+
+std::string EvaluatedPicture::name() const {
+  return fmt::format("{}_{:06}", camera, frame);
+}
+
+void EvaluationFolder::write_text(const std::string& name, const std::string& text) const {
+  write_file_atomically(path_ / name, std::as_bytes(std::span<const char>(text)));
+}
+
+void EvaluationFolder::write_pictures(const std::vector<EvaluatedPicture>& pictures) const {
+  std::string text;  // a line a picture
+  for (const EvaluatedPicture& picture : pictures) {
+    const Json line = {{"camera", picture.camera},      {"frame", picture.frame},
+                       {"refined", picture.refined},    {"person", json_of(picture.person)},
+                       {"face", json_of(picture.face)}, {"mouth", json_of(picture.mouth)}};
+    text += (text.empty() ? "[\n" : ",\n") + line.dump();
+  }
+  write_text("boxes.json", text + "\n]\n");
+}
+
+std::vector<EvaluatedPicture> EvaluationFolder::read_pictures() const {
+  const std::filesystem::path path = path_ / "boxes.json";
+  if (!std::filesystem::exists(path)) {
+    throw Error::format("{}: no such file; name the folder of an earlier `degas eval`", path.string());
+  }
+  const std::vector<std::byte> bytes = read_file_bytes(path);
+  std::vector<EvaluatedPicture> pictures;
+  try {
+    const auto* text = reinterpret_cast<const char*>(bytes.data());
+    for (const Json& line : Json::parse(text, text + bytes.size())) {
+      const std::optional<Rectangle> person = box_of(line.at("person"));
+      if (!person) throw Error("'person' is null");
+      pictures.push_back({line.at("camera"), line.at("frame"), line.at("refined"), *person, box_of(line.at("face")),
+                          box_of(line.at("mouth"))});
+      if (pictures.back().camera.find('/') != std::string::npos) {
+        throw Error::format("'{}' is no camera's name", pictures.back().camera);
+      }
+    }
+  } catch (const std::exception& error) {
+    throw Error::format("{}: not as `degas eval` writes it: {}", path.string(), error.what());
+  }
+  if (pictures.empty()) throw Error::format("{}: holds no picture", path.string());
+  return pictures;
+}
+
+}  // namespace degas
