@@ -50,7 +50,7 @@ TEST_CASE("faults of a file are one line that names file, key and remedy") {
   CHECK_THROWS_WITH(fault(R"({"data": {"hold_out": {"cam02": 1}}})"), Contains("'data.hold_out' must be a list"));
   CHECK_THROWS_WITH(fault(R"({"data": {"hold_out": ["cam02", true]}})"), Contains("hold_out[1]' must be a string"));
   CHECK_THROWS_WITH(fault(R"({"net": {"decoder_channels": "8,8,8"}})"), Contains("must be a list"));
-  CHECK_THROWS_WITH(fault(R"({"loss": {"lpips_network": "vgg"}})"), Contains("one of alex, squeeze"));
+  CHECK_THROWS_WITH(fault(R"({"loss": {"lpips_network": "resnet"}})"), Contains("one of alex, squeeze, vgg"));
   CHECK_THROWS_WITH(fault("{\n\"net\": {\n\"width\": }}"), Contains("f.json: line 3 is not valid JSON"));
   CHECK_THROWS_WITH(fault("[1]"), Contains("an object of sections"));
   CHECK_THROWS_WITH(fault(R"({"net": {"resolution": 300}})"),
