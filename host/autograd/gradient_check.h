@@ -18,7 +18,8 @@ struct GradientCheckOptions {
 
 /// Central finite differences on a random weighted sum of all outputs against the tape's gradient, for every input
 /// that requires one. Returns the largest |numeric - tape| / (1e-3 * largest |numeric| of that input + max(|numeric|,
-/// |tape|)) seen. Meant for devices with Real::Double, where 1e-6 is a good bar.
+/// |tape|)) seen. Meant for devices with Real::Double, where 1e-6 is a good bar. Under simulators, some hundred times
+/// slower than hardware, DEGAS_GRADIENT_SAMPLES in the environment lowers samples_per_input.
 double gradient_check(Device& device, const DifferentiableFunction& function, const std::vector<Tensor>& inputs,
                       const GradientCheckOptions& options = {});
 

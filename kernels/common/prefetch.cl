@@ -1,7 +1,8 @@
 // Hints to CPUs, whose own prefetchers lose the thread where a kernel reads a few channels out of each wide pixel;
 // nothing on other devices. Any address will do: a prefetch never faults. CACHE_LINE: REALs in one.
+// -D NO_PREFETCH: none at all, for simulators that know no such instruction.
 #define CACHE_LINE ((int)(64 / sizeof(REAL)))
-#if WIDE && defined(__has_builtin)
+#if WIDE && !defined(NO_PREFETCH) && defined(__has_builtin)
 #if __has_builtin(__builtin_prefetch)
 #define PREFETCH(pointer) __builtin_prefetch((const void*)(size_t)(pointer))
 #define PREFETCH_WRITE(pointer) __builtin_prefetch((const void*)(size_t)(pointer), 1)

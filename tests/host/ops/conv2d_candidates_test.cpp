@@ -73,7 +73,7 @@ TEST_CASE("every candidate of the tuner equals PyTorch, value and gradients, fro
   }
 }
 
-TEST_CASE("tuned convolutions equal the untuned ones up to rounding, and repeat to the bit") {
+TEST_CASE("tuned convolutions equal the untuned ones up to rounding, and repeat to the bit", "[large]") {
   const TemporaryFolder folder;
   Device& device = device_of(GENERATE(DeviceFamily::WideCpu, DeviceFamily::Nvidia));
   const Tensor input = random_tensor(device, {1, 40, 40, 24}, 1);

@@ -70,7 +70,7 @@ std::vector<double> naive(const Case& c, const std::vector<double>& input, const
 
 }  // namespace
 
-TEST_CASE("conv2d equals the plain loops") {
+TEST_CASE("conv2d equals the plain loops", "[large]") {
   const auto set = GENERATE(from_range(kernel_sets()));
   const Case c = GENERATE(values<Case>({
       {1, 5, 7, 3, 5, 3, {1, 1, 1, 0.2}, Bias::Untied},
@@ -114,7 +114,7 @@ TEST_CASE("conv2d equals the plain loops") {
                            naive(c, input.to_host<double>(), weight.to_host<double>(), biases)) < 2e-5);
 }
 
-TEST_CASE("conv2d gradients pass finite differences") {
+TEST_CASE("conv2d gradients pass finite differences", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
   const Case c = GENERATE(values<Case>({
       {1, 5, 7, 3, 5, 3, {1, 1, 1, 0.2}, Bias::Untied},
@@ -189,7 +189,7 @@ TEST_CASE("conv2d and its gradients equal PyTorch's") {
   if (has_bias) CHECK(largest_difference(bias.gradient().to_host<double>(), stored("bias_gradient").doubles()) < bar);
 }
 
-TEST_CASE("conv2d repeats to the bit") {
+TEST_CASE("conv2d repeats to the bit", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const Tensor input = random_tensor(device, {1, 64, 64, 8}, 1), target = random_tensor(device, {1, 64, 64, 20}, 2);
   Tensor weight = random_tensor(device, {1, 3, 3, 8, 20}, 3).set_requires_gradient();
@@ -220,7 +220,7 @@ TEST_CASE("conv2d refuses shapes that do not fit") {
   CHECK(conv2d(tape, input, weight, Tensor(), grouped).shape() == Shape{1, 2, 2, 4});
 }
 
-TEST_CASE("kept signs give the bits that the kept output gives") {
+TEST_CASE("kept signs give the bits that the kept output gives", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   // Large enough to be packed, and no whole number of words.
   const Tensor input = random_tensor(device, {1, 199, 191, 2}, 1).set_requires_gradient();

@@ -26,7 +26,7 @@ Tensor upload_keys(Device& device, const std::vector<int32_t>& values) {
 
 }  // namespace
 
-TEST_CASE("radix sort is a stable sort by the lowest bits") {
+TEST_CASE("radix sort is a stable sort by the lowest bits", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const int64_t count = GENERATE(1, 2, 255, 257, 1023, 1025, 20011);
   const auto [largest, bits] = GENERATE(std::pair{0xFFFFFFFFu, 32}, std::pair{1023u, 10}, std::pair{8191u, 13},

@@ -156,7 +156,7 @@ TEST_CASE("the gradient of refined poses goes through skinning and kinematics") 
   CHECK(gradient_check(device, function, {angles, translation}) < 1e-6);
 }
 
-TEST_CASE("joint gradients have the same bits in every run") {
+TEST_CASE("joint gradients have the same bits in every run", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const Scene scene(5000, 8, 55);
   const auto gradients = [&] {

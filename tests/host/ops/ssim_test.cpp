@@ -96,7 +96,7 @@ TEST_CASE("where two pictures share their background there is no gradient") {
   CHECK(std::any_of(row + 62 * 3, row + 82 * 3, [](float value) { return value != 0; }));
 }
 
-TEST_CASE("large images agree between the kernel sets, bit for bit from run to run") {
+TEST_CASE("large images agree between the kernel sets, bit for bit from run to run", "[large]") {
   const Shape shape{97, 353, 3};
   std::vector<std::vector<double>> gradients;
   for (const KernelSet set : {KernelSet::Wide, KernelSet::Wide, KernelSet::Gpu, KernelSet::Gpu}) {

@@ -39,7 +39,7 @@ TEST_CASE("weight_norm equals the plain loop") {
   CHECK(largest_difference(weight_norm(tape, {{v, gain, c.groups}})[0].to_host<double>(), expected) < 1e-6);
 }
 
-TEST_CASE("weight_norm's norm keeps its precision over two million elements") {
+TEST_CASE("weight_norm's norm keeps its precision over two million elements", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const Tensor v = random_tensor(device, {2048, 1024}, 1), gain = random_tensor(device, {1024}, 2, 1, 1.0001);
   const std::vector<double> values = v.to_host<double>(), g = gain.to_host<double>();
