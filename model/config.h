@@ -21,8 +21,13 @@ enum class LossRegion { Full, Person, Face };
 enum class FaceSignal { Code, Expression, Mesh, None };
 enum class LearningRateSchedule { Constant, Cosine };
 
+/// The method's own network, or another's choice to compare it with (model/net/map_network.h): maps that depend on
+/// nothing; an encoder-decoder of the posed vertex map with skip connections; a network per texel.
+enum class NetKind { Degas, Static, Skips, Mlp };
+
 /// Sizes and switches of the network (method.md, "Network"). Channel lists are the paper's, before `width`.
 struct NetConfig {
+  NetKind kind = NetKind::Degas;  ///< degas | static | skips | mlp
   int resolution = 512;  ///< texels on a side of the Gaussian maps, R; a power of two of at least 128
   double width = 1;      ///< multiplies channel and code sizes, rounded to multiples of 8, at least 8
   std::vector<int> pvm_channels = {8, 16, 32};                    ///< posed-vertex-map encoder, sides R/2, R/4, R/8
@@ -39,7 +44,7 @@ struct NetConfig {
   bool use_pve = true;             ///< ablation: the posed vertex map through the bottleneck z
   bool use_world_normals = false;  ///< also the surface's normals in the world: shading under the studio's fixed
                                    ///< lights, which the paper's signals, free of the global rotation, cannot tell
-  bool static_maps = false;  ///< all of them and the face signal off: one set of maps for every pose and face, the mesh-bound baseline
+  bool isotropic = false;    ///< Gaussians are balls of one fixed opacity
   int color_degree = 0;      ///< of the spherical harmonics that make a colour depend on the direction it is seen from
                              ///< (sheen on hair, skin and cloth), 0 .. 3; 0, the paper's: the same from everywhere
   JointMasks joint_masks = JointMasks::Joint;  ///< joint | modulo | none
@@ -129,6 +134,7 @@ struct RenderConfig {
 
 /// Everything a run is made of; the defaults are the paper's full model. JSON files mirror this structure.
 struct Config {
+  std::string description;  ///< what the config stands for; of no effect
   NetConfig net;
   GaussianConfig gaussians;
   LossConfig loss;

@@ -11,6 +11,10 @@ namespace degas {
 template <typename Choice>
 std::vector<std::string> choice_names();
 template <>
+inline std::vector<std::string> choice_names<NetKind>() {
+  return {"degas", "static", "skips", "mlp"};
+}
+template <>
 inline std::vector<std::string> choice_names<JointMasks>() {
   return {"joint", "modulo", "none"};
 }
@@ -40,6 +44,7 @@ inline std::vector<std::string> choice_names<LearningRateSchedule>() {
 
 template <typename Visitor>
 void visit_fields(NetConfig& config, Visitor& visit) {
+  FIELD(kind);
   FIELD(resolution);
   FIELD(width);
   FIELD(pvm_channels);
@@ -55,7 +60,7 @@ void visit_fields(NetConfig& config, Visitor& visit) {
   FIELD(use_pvm);
   FIELD(use_pve);
   FIELD(use_world_normals);
-  FIELD(static_maps);
+  FIELD(isotropic);
   FIELD(color_degree);
   FIELD(joint_masks);
   FIELD(untied_bias);
@@ -146,6 +151,7 @@ void visit_fields(RenderConfig& config, Visitor& visit) {
 
 template <typename Visitor>
 void visit_fields(Config& config, Visitor& visit) {
+  FIELD(description);
   FIELD(net);
   FIELD(gaussians);
   FIELD(loss);

@@ -149,4 +149,8 @@ BaseMaps make_base_maps(const BodyModel& body, const std::vector<double>& betas,
   return maps;
 }
 
+void make_isotropic(BaseMaps& maps) {
+  for (size_t i = 0; i < maps.log_scales.size(); i += 3) maps.log_scales[i + 2] = maps.log_scales[i];
+}
+
 }  // namespace degas

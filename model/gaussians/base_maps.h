@@ -31,4 +31,7 @@ BaseMaps make_base_maps(const BodyModel& body, const std::vector<double>& betas,
                         int max_influences, double thin_axis,
                         SkinningInterpolation skinning = SkinningInterpolation::Barycentric);
 
+/// Makes the Gaussians balls, as thick as they are wide.
+void make_isotropic(BaseMaps& maps);
+
 }  // namespace degas

@@ -1,38 +1,16 @@
 #include "model/net/avatar_net.h"
 
-#include <fmt/format.h>
-
-#include <stdexcept>
-
 #include "host/error.h"
 #include "host/ops/latent.h"
 #include "host/ops/reduction.h"
 #include "host/ops/region.h"
 
 namespace degas {
-namespace {
-
-NetConfig without_inputs_if_static(NetConfig config) {
-  if (config.static_maps)
-    config.use_pose_embedding = config.use_pvm = config.use_pve = config.use_world_normals = false;
-  return config;
-}
-
-void require_shape(const char* name, const Tensor& tensor, int64_t size) {
-  if (!tensor.defined() || tensor.size() != size) {
-    throw std::logic_error(fmt::format("[avatar_net] {} must have {} numbers, got {}", name, size,
-                                       tensor.defined() ? to_string(tensor.shape()) : "none"));
-  }
-}
-
-}  // namespace
-
 AvatarNet::AvatarNet(Device& device, const NetConfig& config, int face_code_size, const Tensor& joint_masks,
                      uint64_t seed, const FaceRegion& face_region)
-    : config_(without_inputs_if_static(config)),
-      face_code_size_(config.static_maps ? 0 : face_code_size),
+    : MapNetwork(device, config, seed),
+      face_code_size_(face_code_size),
       face_region_(face_region),
-      store_(device, seed),
       encoder_weights_(std::make_shared<LayerWeights>()) {
   const BlockContext context{store_, config_, encoder_weights_};
   const int side = config_.resolution / 8;
@@ -71,12 +49,12 @@ Tensor AvatarNet::inject_face(Tape& tape, const Tensor& map, const Tensor& face_
 
 AvatarNet::Encoding AvatarNet::encode(Tape& tape, const Inputs& inputs, std::optional<uint64_t> noise_seed) const {
   const int64_t map_size = int64_t{3} * config_.resolution * config_.resolution;
-  if (posed_vertex_map_ || posed_vertex_) require_shape("posed_vertex_map", inputs.posed_vertex_map, map_size);
-  if (world_normals_) require_shape("world_normals", inputs.world_normals, map_size);
+  if (posed_vertex_map_ || posed_vertex_) require_input("posed_vertex_map", inputs.posed_vertex_map, map_size);
+  if (world_normals_) require_input("world_normals", inputs.world_normals, map_size);
   const LayerWeights::Pass pass(*encoder_weights_, tape);
   Tensor face_map;
   if (face_) {
-    require_shape("face_code", inputs.face_code, face_code_size_);
+    require_input("face_code", inputs.face_code, face_code_size_);
     face_map = (*face_)(tape, inputs.face_code);
   }
   Encoding encoding;

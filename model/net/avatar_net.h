@@ -3,11 +3,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "model/body/face_region.h"
-#include "model/config.h"
 #include "model/net/decoder.h"
 #include "model/net/encoders.h"
-#include "model/net/parameter_store.h"
+#include "model/net/map_network.h"
 
 namespace degas {
 
@@ -16,17 +14,10 @@ namespace degas {
 /// Sizes at any resolution R: the joint feature has side R/8 and the face map R/16, both decoders start at side 4, and
 /// the posed-vertex encoder ends there; the lists of channels, given for R = 512, are cut or extended as encoder_levels
 /// and decoder_levels say. The face map replaces the face region of each map: in SMPL-X's UV layout the top-left quarter.
-/// Where every map is switched off, a trained constant stands in their place: with the face code off too (static_maps)
-/// the output depends on no input. The world's normals join behind the face map, which does not cover them: the light
-/// falls on the face as on the rest.
-class AvatarNet {
+/// Where every map is switched off, a trained constant stands in their place. The world's normals join behind the face
+/// map, which does not cover them: the light falls on the face as on the rest.
+class AvatarNet : public MapNetwork {
  public:
-  struct Inputs {
-    Tensor posed_vertex_map;  ///< (1, R, R, 3) metres, 0 where no texel is covered; for use_pvm and use_pve
-    Tensor pose;              ///< (3 J) axis-angles of the joints after the root; for use_pose_embedding
-    Tensor face_code;         ///< (face_code_size); where that is above 0
-    Tensor world_normals;     ///< (1, R, R, 3) unit at vertices, 0 where no texel is covered; for use_world_normals
-  };
   struct Encoding {
     Tensor joint_feature;  ///< (1, R/8, R/8, joint_channels)
     Tensor divergence;     ///< as HeadMaps::divergence
@@ -37,25 +28,17 @@ class AvatarNet {
   AvatarNet(Device& device, const NetConfig& config, int face_code_size, const Tensor& joint_masks, uint64_t seed,
             const FaceRegion& face_region = {});
 
-  /// noise_seed: draws the latent's noise for a training step; without it z is the mean. Inputs whose switch is off may
-  /// be undefined; others must have their shape (std::logic_error).
-  HeadMaps decode(Tape& tape, const Inputs& inputs, std::optional<uint64_t> noise_seed = {}) const;
+  HeadMaps decode(Tape& tape, const Inputs& inputs, std::optional<uint64_t> noise_seed = {}) const override;
 
   /// The two halves of decode: nothing but the joint feature passes between them.
   Encoding encode(Tape& tape, const Inputs& inputs, std::optional<uint64_t> noise_seed = {}) const;
   HeadMaps decode_feature(Tape& tape, const Tensor& joint_feature, std::vector<Tensor>* levels = nullptr) const;
 
-  const NetConfig& config() const { return config_; }
-  ParameterStore& parameters() { return store_; }
-  const ParameterStore& parameters() const { return store_; }
-
  private:
   Tensor inject_face(Tape& tape, const Tensor& map, const Tensor& face_map) const;
 
-  NetConfig config_;
   int face_code_size_;
   FaceRegion face_region_;
-  ParameterStore store_;
   std::shared_ptr<LayerWeights> encoder_weights_;
   std::optional<PoseEmbedding> pose_;
   std::optional<VectorMapEncoder> posed_vertex_map_;

@@ -6,6 +6,7 @@
 #include "host/ops/conv2d.h"
 #include "host/ops/linear.h"
 #include "host/ops/pointwise.h"
+#include "host/ops/region.h"
 #include "host/ops/upsample.h"
 
 namespace degas {
@@ -71,11 +72,22 @@ Tensor ResBlock::of_upsampled(Tape& tape, const Tensor& input) const {
   return add_upsampled(tape, second_(tape, first_(tape, upsample(tape, input))), skip);
 }
 
-UpBlock::UpBlock(const BlockContext& context, const std::string& name, ResBlock::Shape shape)
-    : res_(context, name, {shape.in_channels, shape.out_channels, 2 * shape.in_size, shape.kernel, 1, shape.groups}) {}
+UpBlock::UpBlock(const BlockContext& context, const std::string& name, ResBlock::Shape shape, int skip_channels)
+    : groups_(shape.groups),
+      res_(context, name,
+           {shape.in_channels + shape.groups * skip_channels, shape.out_channels, 2 * shape.in_size, shape.kernel, 1,
+            shape.groups}) {}
 
-Tensor UpBlock::operator()(Tape& tape, const Tensor& input) const {
-  return res_.of_upsampled(tape, input);
+Tensor UpBlock::operator()(Tape& tape, const Tensor& input, const Tensor& skip) const {
+  if (!skip.defined()) return res_.of_upsampled(tape, input);
+  const int channels = static_cast<int>(input.dim(3)) / groups_;
+  std::vector<Tensor> parts;
+  for (const Tensor& group :
+       split_channels(tape, upsample(tape, input), std::vector<int>(static_cast<size_t>(groups_), channels))) {
+    parts.push_back(group);
+    parts.push_back(skip);
+  }
+  return res_(tape, concat_channels(tape, parts));
 }
 
 }  // namespace degas

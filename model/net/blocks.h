@@ -78,11 +78,13 @@ class ResBlock {
 /// Up of method.md: bilinear x2, then Res at twice the input's side.
 class UpBlock {
  public:
-  /// shape.in_size: side before enlarging.
-  UpBlock(const BlockContext& context, const std::string& name, ResBlock::Shape shape);
-  Tensor operator()(Tape& tape, const Tensor& input) const;
+  /// shape.in_size: side before enlarging. skip_channels: of a map that stands beside the enlarged one, in each group.
+  UpBlock(const BlockContext& context, const std::string& name, ResBlock::Shape shape, int skip_channels = 0);
+  /// skip: (N, 2H, 2W, skip_channels), where there is one.
+  Tensor operator()(Tape& tape, const Tensor& input, const Tensor& skip = {}) const;
 
  private:
+  int groups_;
   ResBlock res_;
 };
 

@@ -1,35 +1,29 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
-#include "model/net/blocks.h"
+#include "model/net/heads.h"
 
 namespace degas {
-
-/// What the network paints into UV space, before gaussians/ turns it into Gaussians.
-struct HeadMaps {
-  Tensor position_offsets;  ///< (1, R, R, 3) d_mu
-  Tensor rotation_scale;    ///< (1, R, R, 7): d_q (w, x, y, z), then d_s
-  Tensor color_opacity;     ///< (1, R, R, 4): colour, then the opacity's logit
-  Tensor color_harmonics;   ///< (1, R, R, 3 K), coefficient by coefficient; only where net.color_degree is above 0
-  Tensor divergence;        ///< (1): mean divergence of z from a unit Gaussian; only where net.kl_weight asks for it
-};
 
 /// Joint feature (1, R/8, R/8, C) -> head maps. Three groups of channels, one for each head, that never mix.
 class MapDecoder {
  public:
-  /// context.weights: its own layers' alone.
-  MapDecoder(const BlockContext& context, int feature_channels);
-  /// levels: filled with the maps of sides R/4, R/2 and R, where given.
-  HeadMaps operator()(Tape& tape, const Tensor& joint_feature, std::vector<Tensor>* levels = nullptr) const;
+  /// context.weights: its own layers' alone. skip_channels: of the maps that stand beside the enlarged ones of sides
+  /// R/4, R/2 and R; 0, and by default everywhere, where none does.
+  MapDecoder(const BlockContext& context, int feature_channels, const std::vector<int>& skip_channels = {0, 0, 0});
+  /// levels: filled with the maps of sides R/4, R/2 and R, where given. skips: the maps that skip_channels tells of.
+  HeadMaps operator()(Tape& tape, const Tensor& joint_feature, std::vector<Tensor>* levels = nullptr,
+                      const std::vector<Tensor>& skips = {{}, {}, {}}) const;
 
   static constexpr int groups = 3;
 
  private:
   std::shared_ptr<LayerWeights> weights_;
   std::vector<UpBlock> ups_;
-  std::vector<ConvLayer> heads_;
   int group_channels_;
+  std::optional<Heads> heads_;
 };
 
 }  // namespace degas

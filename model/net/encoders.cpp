@@ -17,18 +17,6 @@ std::vector<int> scaled(std::vector<int> channels, double width) {
   return channels;
 }
 
-/// Down blocks named name.0 and so on, from `channels` at `size`, which is updated.
-std::vector<ResBlock> make_downs(const BlockContext& context, const std::string& name, int channels, int size,
-                                 const std::vector<int>& levels) {
-  std::vector<ResBlock> downs;
-  for (const int next : levels) {
-    downs.emplace_back(context, fmt::format("{}.{}", name, downs.size()), ResBlock::Shape{channels, next, size, 3, 2});
-    channels = next;
-    size /= 2;
-  }
-  return downs;
-}
-
 std::vector<int> posed_vertex_levels(const NetConfig& config) {
   return encoder_levels(config.pve_channels, levels_above_bottleneck(config.resolution), config.width);
 }
@@ -49,6 +37,17 @@ Tensor expand_masks(const Tensor& joint_masks, JointMasks rule) {
 }
 
 }  // namespace
+
+std::vector<ResBlock> make_downs(const BlockContext& context, const std::string& name, int channels, int size,
+                                 const std::vector<int>& levels) {
+  std::vector<ResBlock> downs;
+  for (const int next : levels) {
+    downs.emplace_back(context, fmt::format("{}.{}", name, downs.size()), ResBlock::Shape{channels, next, size, 3, 2});
+    channels = next;
+    size /= 2;
+  }
+  return downs;
+}
 
 int levels_above_bottleneck(int size) {
   return std::bit_width(static_cast<unsigned>(size)) - 3;

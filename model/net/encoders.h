@@ -17,6 +17,10 @@ std::vector<int> decoder_levels(const std::vector<int>& channels, int levels, do
 /// log2(size / 4): halvings from `size` to the bottleneck's side of 4.
 int levels_above_bottleneck(int size);
 
+/// Down blocks named name.0 and so on, from `channels` at side `size` to the channels of `levels`.
+std::vector<ResBlock> make_downs(const BlockContext& context, const std::string& name, int channels, int size,
+                                 const std::vector<int>& levels);
+
 /// Convolutions down to R / 8 of a map of vectors on the surface, the posed vertices or the world's normals:
 /// (1, R, R, 3) -> (1, R/8, R/8, pvm_channels.back()).
 class VectorMapEncoder {

@@ -21,11 +21,12 @@ Avatar::Avatar(Device& device, const Config& config, BodyModel body, std::vector
       betas_(std::move(betas)),
       atlas_(body_, config.net.resolution),
       skeleton_(make_skeleton(device, body_, betas_)),
-      network_(device, config.net, face_code_size, upload_joint_masks(device, body_, config.net), config.train.seed,
-               find_face_region(body_)) {
+      network_(make_network(device, config.net, face_code_size, upload_joint_masks(device, body_, config.net),
+                            config.train.seed, find_face_region(body_))) {
   const GaussianConfig& gaussians = config.gaussians;
-  const BaseMaps maps =
+  BaseMaps maps =
       make_base_maps(body_, betas_, atlas_, gaussians.max_influences, gaussians.thin_axis, gaussians.skinning);
+  if (config.net.isotropic) make_isotropic(maps);
   base_ = make_gaussian_base(device, maps);
   skinning_ = make_skinning_weights(device, maps);
 }
@@ -36,7 +37,7 @@ Pose Avatar::registered_pose(const Capture& capture, int frame) const {
 
 DrivingSignal Avatar::signal(const Pose& registered, std::vector<float> face_code) const {
   return make_driving_signal(body_, atlas_, driven_pose(registered), betas_, std::move(face_code),
-                             {network_.config().use_world_normals, config_.face.signal == FaceSignal::Mesh});
+                             {network_->config().use_world_normals, config_.face.signal == FaceSignal::Mesh});
 }
 
 DrivingSignal Avatar::signal(const Capture& capture, int frame, std::vector<float> face_code) const {
@@ -58,7 +59,7 @@ Avatar::Signal Avatar::upload(const DrivingSignal& signal) const {
 }
 
 Avatar::Decoded Avatar::decode(Tape& tape, const Signal& signal, std::optional<uint64_t> noise_seed) const {
-  const HeadMaps maps = network_.decode(tape, signal.network, noise_seed);
+  const HeadMaps maps = network_->decode(tape, signal.network, noise_seed);
   GaussianBase base = base_;
   if (signal.canonical_positions.defined()) base.positions = signal.canonical_positions;
   return {assemble(tape, {maps.position_offsets, maps.rotation_scale, maps.color_opacity, maps.color_harmonics}, base,

@@ -9,7 +9,7 @@
 #include "model/data/capture.h"
 #include "model/drive/driving_signal.h"
 #include "model/gaussians/posing.h"
-#include "model/net/avatar_net.h"
+#include "model/net/map_network.h"
 
 namespace degas {
 
@@ -19,7 +19,7 @@ class Avatar {
  public:
   /// A driving signal in device memory.
   struct Signal {
-    AvatarNet::Inputs network;
+    MapNetwork::Inputs network;
     DevicePose body;             ///< as driven_pose makes it
     Tensor canonical_positions;  ///< (N,3) metres, in place of the base's; undefined unless the face moves the mesh
   };
@@ -30,8 +30,8 @@ class Avatar {
   const BodyModel& body() const { return body_; }
   const std::vector<double>& betas() const { return betas_; }
   const UvAtlas& atlas() const { return atlas_; }
-  AvatarNet& network() { return network_; }
-  const AvatarNet& network() const { return network_; }
+  MapNetwork& network() { return *network_; }
+  const MapNetwork& network() const { return *network_; }
   const GaussianBase& base() const { return base_; }
   int64_t gaussian_count() const { return base_.texels.size(); }
 
@@ -65,7 +65,7 @@ class Avatar {
   GaussianBase base_;
   SkinningWeights skinning_;
   Skeleton skeleton_;
-  AvatarNet network_;
+  std::unique_ptr<MapNetwork> network_;
 };
 
 }  // namespace degas

@@ -5,6 +5,7 @@
 
 #include "host/error.h"
 #include "model/drive/driving_signal.h"
+#include "model/net/map_network.h"
 
 namespace degas {
 
@@ -24,7 +25,7 @@ int face_code_size(const Capture& capture, FaceSignal signal) {
 
 int required_face_code_size(const Capture& capture, const Config& config) {
   const int size = face_code_size(capture, config.face.signal);
-  if (size == 0 && config.face.signal == FaceSignal::Code && !config.net.static_maps) {
+  if (size == 0 && config.face.signal == FaceSignal::Code && reads_face_code(config.net)) {
     throw Error(
         "face.signal is code, and the capture has no face codes; name them by --codes, extract "
         "them by `degas encode-faces`, or set it to expression, mesh or none");

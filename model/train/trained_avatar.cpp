@@ -38,7 +38,7 @@ TrainedAvatar::TrainedAvatar(Device& device, const RunFolder& run) {
 }
 
 FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
-  const bool uses_codes = face_code_size_ > 0 && !config_.net.static_maps;
+  const bool uses_codes = face_code_size_ > 0 && reads_face_code(config_.net);
   const int size = face_code_size(capture, config_.face.signal);
   if (uses_codes && size != 0 && size != face_code_size_) {
     throw Error::format(

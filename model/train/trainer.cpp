@@ -279,6 +279,7 @@ void Trainer::resume() {
   }
   Config saved = parse_config(checkpoint.header.at("config").dump(), file.string());
   // How long to train and how often to tell may change from call to call; everything else makes another run of it.
+  saved.description = config_.description;
   saved.train.iterations = config_.train.iterations;
   saved.train.log_every = config_.train.log_every;
   saved.train.validation_every = config_.train.validation_every;

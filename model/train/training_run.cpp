@@ -2,6 +2,7 @@
 
 #include "host/device/tuner.h"
 #include "model/data/selection.h"
+#include "model/loss/lpips_weights.h"
 #include "model/train/face_codes.h"
 #include "model/train/training_views.h"
 
@@ -13,8 +14,10 @@ std::filesystem::path checked(const Config& config, const Capture& capture, cons
                               const std::filesystem::path& folder) {
   BodyModel::load(body);
   allowed_cameras(capture, config.data);
+  with_camera_names(config, capture);  // looks data.validation up too
   selected_frames(config.data.frames, capture.frame_count(), "data.frames");
   required_face_code_size(capture, config);
+  if (config.loss.lpips_weight > 0) lpips_weights_path(config.loss.lpips_weights, config.loss.lpips_network);
   return folder;
 }
 

@@ -125,6 +125,22 @@ TEST_CASE("the configs of the repository are valid, and full.json is the default
   CHECK(config_text(load_config(folder / "full.json")) == config_text(Config{}));
   CHECK(config_text(load_config(folder / "quick.json")) != config_text(Config{}));
   CHECK_NOTHROW(load_config(folder / "demo.json"));
+  int baselines = 0;
+  const Config quick = load_config(folder / "quick.json");
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "baselines")) {
+    const Config baseline = load_config(entry.path());
+    CAPTURE(entry.path());
+    CHECK(baseline.description.find("Leaves out") != std::string::npos);
+    ++baselines;
+    // The sizes of quick.json and its losses: only the choice differs.
+    for (const std::string& difference : config_differences(quick, baseline)) {
+      const std::string key = difference.substr(0, difference.find(' '));
+      CAPTURE(difference);
+      CHECK((key == "description" || key == "net.kind" || key == "net.isotropic" || key == "net.use_world_normals" ||
+             key == "face.signal" || key == "train.learning_rate"));
+    }
+  }
+  CHECK(baselines == 5);
   // The README explains every key.
   std::ostringstream readme;
   readme << std::ifstream(folder / "README.md").rdbuf();

@@ -99,6 +99,14 @@ TEST_CASE("inputs that are missing or wrong are refused before anything is writt
     train.more = {"--iterations", "0"};
     check_refused(train(), {"'train.iterations' is 0"});
   }
+  SECTION("an unknown camera for validation") {
+    train.more = {"--set", "data.validation=cam77"};
+    check_refused(train(), {"data.validation: no camera 'cam77'; cameras here: cam00"});
+  }
+  SECTION("no weights for a perceptual loss") {
+    train.more = {"--set", "loss.lpips_weight=0.1", "--set", "loss.lpips_weights=" + (folder / "none").string()};
+    check_refused(train(), {"LPIPS weights: ", "none does not exist", "--set loss.lpips_weight=0"});
+  }
   SECTION("device unknown") {
     train.more = {"--device", "nonsense"};
     check_refused(train(), {"--device nonsense: no such device; devices here: [0]"});

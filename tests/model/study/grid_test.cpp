@@ -85,7 +85,7 @@ TEST_CASE("pareto trains a grid and baselines, goes on where it was stopped, and
   StudyCommand pareto(folder, "pareto", 8);
   fs::create_directory(folder / "baselines");
   Config baseline = tiny_config();
-  baseline.net.static_maps = true;
+  baseline.net.kind = NetKind::Static;
   std::ofstream(folder / "baselines/static.json") << config_text(baseline);
   std::ofstream(folder / "grid.json") << R"({"points": [{"name": "half", "set": {"data.image_scale": 0.5}}]})";
   pareto.more = {"--grid", folder / "grid.json",     "--baselines", folder / "baselines",
