@@ -118,8 +118,7 @@ class CheckedReader {
 
 }  // namespace
 
-const std::vector<float>& Checkpoint::array(const std::string& name, size_t expected_size,
-                                            const std::filesystem::path& file) const {
+const std::vector<float>& Checkpoint::array(const std::string& name, size_t expected_size) const {
   const auto found = std::find_if(arrays.begin(), arrays.end(), [&](const auto& entry) { return entry.first == name; });
   if (found == arrays.end()) {
     throw Error::format("{}: no array '{}': the checkpoint is of another configuration", file.string(), name);
@@ -164,6 +163,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   reader.read(text.data(), length);
 
   Checkpoint checkpoint;
+  checkpoint.file = path;
   try {
     const nlohmann::json root = nlohmann::json::parse(text);
     checkpoint.header = root.at("header");

@@ -13,10 +13,10 @@ namespace degas {
 struct Checkpoint {
   nlohmann::json header;
   std::vector<std::pair<std::string, std::vector<float>>> arrays;
+  std::filesystem::path file = {};  ///< that it was read from, for messages
 
   /// Throws Error naming the file and the array when it is missing or has another size.
-  const std::vector<float>& array(const std::string& name, size_t expected_size,
-                                  const std::filesystem::path& file) const;
+  const std::vector<float>& array(const std::string& name, size_t expected_size) const;
 };
 
 /// Layout: "DEGASCKP", uint32 version, uint64 length of the JSON text, the text ({"header", "arrays": [[name,

@@ -13,6 +13,7 @@
 #include "model/inspect/page_pictures.h"
 #include "model/inspect/silhouette.h"
 #include "model/inspect/view_choice.h"
+#include "model/train/html.h"
 
 namespace degas {
 namespace {
@@ -155,7 +156,7 @@ void Inspector::look_at_pictures() {
       const auto face = faces_.find({frame, camera});
       if (face == faces_.end()) continue;
       row.push_back(face->second);
-      caption += fmt::format(" {} {:.0f}&deg;{}", result_.cameras[static_cast<size_t>(camera)].name,
+      caption += fmt::format(" {} {:.0f}&deg;{}", escape(result_.cameras[static_cast<size_t>(camera)].name),
                              degrees_off(frame, camera), capture_.has_face_code(frame, camera) ? " (code)" : "");
     }
     if (!row.empty()) result_.face_rows.push_back(jpeg_picture(side_by_side(row), caption));
@@ -179,7 +180,7 @@ void Inspector::look_at(int frame, int camera) {
   const bool is_drawn = std::find(overlay_views_.begin(), overlay_views_.end(), place) != overlay_views_.end();
   const bool is_seen =
       std::find(result_.cameras_seen.begin(), result_.cameras_seen.end(), camera) != result_.cameras_seen.end();
-  std::string caption = fmt::format("{}, frame {}", name, frame);
+  std::string caption = fmt::format("{}, frame {}", escape(name), frame);
   const FrameBody* body = body_ ? &bodies_.at(frame) : nullptr;
   if (body && !mask.empty() && is_seen) {
     const Image8 covered = silhouette(body->surface, view);

@@ -87,7 +87,8 @@ Checkpoint RunFolder::checkpoint_to_resume() const {
 }
 
 void RunFolder::remove_leftovers() const {
-  for (const fs::path& file : {checkpoint_file(), previous_checkpoint_file(), config_file(), history_file()}) {
+  for (const fs::path& file :
+       {checkpoint_file(), previous_checkpoint_file(), config_file(), history_file(), tuning_file()}) {
     remove_leftovers_of(file);
   }
 }

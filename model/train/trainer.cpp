@@ -271,13 +271,13 @@ void Trainer::save() const {
 }
 
 void Trainer::resume() {
-  const std::filesystem::path file = run_.checkpoint_file();
   const Checkpoint checkpoint = run_.checkpoint_to_resume();
+  const std::string file = checkpoint.file.string();
   for (const char* key : {"config", "capture", "step"}) {
     if (!checkpoint.header.contains(key))
-      throw Error::format("{}: its header has no '{}'; use an older copy", file.string(), key);
+      throw Error::format("{}: its header has no '{}'; use an older copy", file, key);
   }
-  Config saved = parse_config(checkpoint.header.at("config").dump(), file.string());
+  Config saved = parse_config(checkpoint.header.at("config").dump(), file);
   // How long to train and how often to tell may change from call to call; everything else makes another run of it.
   saved.description = config_.description;
   saved.train.iterations = config_.train.iterations;
@@ -286,13 +286,13 @@ void Trainer::resume() {
   saved.train.checkpoint_every = config_.train.checkpoint_every;
   if (const std::vector<std::string> differences = config_differences(saved, config_); !differences.empty()) {
     throw Error::format("{}: was trained with another configuration: {}; resume with the same, or name another --out",
-                        file.string(), fmt::join(differences, ", "));
+                        file, fmt::join(differences, ", "));
   }
   if (checkpoint.header.at("capture") != capture_.identity()) {
     throw Error::format("{}: was trained on another capture, or its files changed; give that --data, or another --out",
-                        file.string());
+                        file);
   }
-  restore_optimiser(optimiser_, checkpoint, file);
+  restore_optimiser(optimiser_, checkpoint);
   step_ = checkpoint.header.at("step");
   minutes_spent_ = checkpoint.header.value("minutes_spent", 0.0);
   run_.remove_leftovers();

@@ -3,9 +3,9 @@
 #include "host/error.h"
 
 namespace degas {
-void restore_tensor(Tensor tensor, const std::string& name, const Checkpoint& checkpoint,
-                    const std::filesystem::path& file) {
-  tensor.upload(std::span<const float>(checkpoint.array(name, static_cast<size_t>(tensor.size()), file)));
+
+void restore_tensor(Tensor tensor, const std::string& name, const Checkpoint& checkpoint) {
+  tensor.upload(std::span<const float>(checkpoint.array(name, static_cast<size_t>(tensor.size()))));
 }
 
 void store_optimiser(const Adam& optimiser, Checkpoint& checkpoint) {
@@ -21,7 +21,7 @@ void store_optimiser(const Adam& optimiser, Checkpoint& checkpoint) {
   }
 }
 
-void restore_optimiser(Adam& optimiser, const Checkpoint& checkpoint, const std::filesystem::path& file) {
+void restore_optimiser(Adam& optimiser, const Checkpoint& checkpoint) {
   Adam::Progress progress;
   try {
     const nlohmann::json& saved = checkpoint.header.at("optimiser");
@@ -30,12 +30,13 @@ void restore_optimiser(Adam& optimiser, const Checkpoint& checkpoint, const std:
     progress.counters.skipped_in_a_row = saved.at("skipped_in_a_row");
     progress.applied = saved.at("updates").get<std::vector<int32_t>>();
   } catch (const nlohmann::json::exception& error) {
-    throw Error::format("{}: the optimiser's counters are missing or broken: {}", file.string(), error.what());
+    throw Error::format("{}: the optimiser's counters are missing or broken: {}", checkpoint.file.string(),
+                        error.what());
   }
   for (const Adam::Parameter& parameter : optimiser.parameters()) {
-    restore_tensor(parameter.value, parameter.name, checkpoint, file);
-    restore_tensor(parameter.first_moment, parameter.name + ".first_moment", checkpoint, file);
-    restore_tensor(parameter.second_moment, parameter.name + ".second_moment", checkpoint, file);
+    restore_tensor(parameter.value, parameter.name, checkpoint);
+    restore_tensor(parameter.first_moment, parameter.name + ".first_moment", checkpoint);
+    restore_tensor(parameter.second_moment, parameter.name + ".second_moment", checkpoint);
   }
   optimiser.restore(progress);
 }

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/io/video.h"
+#include "tests/model/data/small_picture_capture.h"
 #include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_commands.h"
@@ -113,6 +114,24 @@ TEST_CASE("without a body, a fit or masks inspect says what cannot be told") {
   TrainCommand train(folder, config);
   train.data = folder / "recording";
   check_refused(train(), {"holds no known capture"});
+}
+
+TEST_CASE("names of cameras are text, not HTML") {
+  const TemporaryFolder folder;
+  const fs::path scale = write_small_actorshq(folder.path());
+  const std::string name = "Cam<b>";
+  for (const std::string kind : {"rgbs", "masks"}) {
+    fs::create_directories(scale / kind / name);
+    for (const auto& entry : fs::directory_iterator(scale / kind / "Cam002")) {
+      const std::string file = entry.path().filename().string();
+      fs::copy(entry.path(), scale / kind / name / (name + file.substr(file.find('_'))));
+    }
+  }
+  std::string calibration = file_text(scale / "calibration.csv");
+  write_text_file(scale / "calibration.csv", calibration.replace(calibration.find("Cam003"), 6, name));
+  const Inspected found = inspect(folder.path(), {});
+  CHECK(found.found.at("cameras")[2].at("name") == name);
+  CHECK_THAT(found.page, Contains("Cam&lt;b&gt;, frame ") && !Contains(name));
 }
 
 TEST_CASE("capture A: both layouts fit, alike, and quickly") {

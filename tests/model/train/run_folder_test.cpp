@@ -112,6 +112,7 @@ TEST_CASE("a damaged checkpoint falls back to the one before, and never takes it
   CHECK(run.has_checkpoint());
   CHECK_NOTHROW(run.require_trained());
   CHECK(step_of(run.newest_checkpoint()) == 1);
+  CHECK(run.newest_checkpoint().file == run.previous_checkpoint_file());
   CHECK(fs::exists(run.checkpoint_file()) == cut);  // reading changes nothing
   CHECK(step_of(run.checkpoint_to_resume()) == 1);
   CHECK(fs::exists(folder / "run" / "checkpoint.damaged.bin") == cut);

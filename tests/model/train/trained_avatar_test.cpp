@@ -158,7 +158,7 @@ TEST_CASE("what does not fit is refused with file and reason") {
 
 TEST_CASE("refinement leaves the jaw to the face signal") {
   const Checkpoint checkpoint = read_checkpoint(trained().checkpoint_file());
-  const std::vector<float>& angles = checkpoint.array(PoseCorrection::name(0, "axis_angles"), 55 * 3, "checkpoint");
+  const std::vector<float>& angles = checkpoint.array(PoseCorrection::name(0, "axis_angles"), 55 * 3);
   for (const int joint : {0, static_cast<int>(HeadJoint), static_cast<int>(LeftEyeJoint)}) {
     CHECK(std::abs(angles[3 * joint]) + std::abs(angles[3 * joint + 1]) + std::abs(angles[3 * joint + 2]) > 0);
   }
