@@ -1,5 +1,7 @@
 #include "model/cli/metric_options.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <charconv>
 #include <memory>
@@ -86,6 +88,20 @@ MetricNetworks MetricChoice::networks(Device& device, const LossConfig& loss) co
     networks.description["expression"] = encoder.description;
   }
   return networks;
+}
+
+std::vector<std::string> MetricChoice::words() const {
+  std::vector<std::string> words;
+  const auto add = [&](const char* option, const std::string& value) {
+    if (!value.empty()) words.insert(words.end(), {option, value});
+  };
+  add("--lpips", fmt::format("{}", fmt::join(lpips, ",")));
+  add("--inception", inception.string());
+  add("--inception-input", inception_input);
+  add("--expression", expression.string());
+  add("--expression-input", expression_input);
+  add("--keys", keys);
+  return words;
 }
 
 void add_metric_options(CLI::App& command, MetricChoice& choice) {

@@ -17,6 +17,8 @@ struct MetricChoice {
 
   /// Loads the networks. Throws Error naming the file or option that is wrong.
   MetricNetworks networks(Device& device, const LossConfig& loss) const;
+  /// The options as they were given; none by default.
+  std::vector<std::string> words() const;
 };
 void add_metric_options(CLI::App& command, MetricChoice& choice);
 

@@ -2,7 +2,6 @@
 
 #include <fmt/ranges.h>
 
-
 #include "host/error.h"
 #include "model/cli/progress.h"
 #include "model/data/selection.h"
@@ -28,6 +27,10 @@ StudySetup StudyChoice::setup(const Variant& base) const {
   setup.budget.minutes = minutes;
   setup.budget.iterations = iterations.value_or(base.config.train.iterations);
   setup.seeds = seeds;
+  setup.metrics = metrics.words();
+  setup.networks = [metrics = metrics](Device& device, const LossConfig& loss) {
+    return metrics.networks(device, loss);
+  };
   return setup;
 }
 
@@ -52,6 +55,7 @@ void add_study_options(CLI::App& command, StudyChoice& choice) {
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
   command.add_option("--out", choice.output, "Folder of all runs; the same command goes on where it was stopped");
+  add_metric_options(command, choice.metrics);
   add_capture_options(command, choice.capture);
   add_device_options(command, choice.device);
 }

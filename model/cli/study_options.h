@@ -1,5 +1,6 @@
 #pragma once
 
+#include "model/cli/metric_options.h"
 #include "model/cli/shared_options.h"
 #include "model/study/study_runner.h"
 
@@ -14,6 +15,7 @@ struct StudyChoice {
   std::optional<double> minutes;
   std::optional<int64_t> iterations;
   int seeds = 1;
+  MetricChoice metrics;
   CaptureChoice capture;
   DeviceChoice device;
 

@@ -1,31 +1,43 @@
 #include "model/study/measures.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
+#include <tuple>
 
 #include "host/error.h"
+#include "model/config_fields.h"
 
 namespace degas {
 namespace {
-
-bool ends_with(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-/// The part behind the region: face_psnr -> psnr.
-std::string kind_of(const std::string& measure) {
-  const size_t underscore = measure.rfind('_');
-  return underscore == std::string::npos ? measure : measure.substr(underscore + 1);
-}
 
 const std::vector<std::string>& kinds() {
   static const std::vector<std::string> all = {"psnr", "ssim", "lpips", "fid", "aed"};
   return all;
 }
+
+/// face_lpips_vgg: region face, kind lpips, network vgg. No kind where the key is no measure.
+struct MeasureName {
+  std::string region, kind, network;
+
+  explicit MeasureName(const std::string& key) {
+    std::vector<std::string> words;
+    std::string word;
+    for (std::istringstream stream(key); std::getline(stream, word, '_');) words.push_back(word);
+    const std::vector<std::string> networks = choice_names<LpipsNetwork>();
+    if (words.size() > 1 && std::find(networks.begin(), networks.end(), words.back()) != networks.end()) {
+      network = words.back();
+      words.pop_back();
+    }
+    if (words.empty() || std::find(kinds().begin(), kinds().end(), words.back()) == kinds().end()) return;
+    kind = words.back();
+    words.pop_back();
+    region = fmt::format("{}", fmt::join(words, " "));
+  }
+};
 
 std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> cells;
@@ -37,21 +49,22 @@ std::vector<std::string> cells_of(const std::string& line) {
 }  // namespace
 
 bool is_measure(const std::string& key) {
-  return std::find(kinds().begin(), kinds().end(), kind_of(key)) != kinds().end();
+  return !MeasureName(key).kind.empty();
 }
 
 bool lower_is_better(const std::string& measure) {
-  const std::string kind = kind_of(measure);
+  const std::string kind = MeasureName(measure).kind;
   return kind == "lpips" || kind == "fid" || kind == "aed";
 }
 
 std::vector<std::string> shown_measures(const nlohmann::json& metrics) {
-  std::vector<std::pair<std::pair<std::string, size_t>, std::string>> found;
+  std::vector<std::pair<std::tuple<std::string, size_t, std::string>, std::string>> found;
   for (const auto& [key, value] : metrics.items()) {
-    const std::string kind = kind_of(key), region = key == kind ? "" : key.substr(0, key.size() - kind.size() - 1);
-    if (!value.is_number() || !is_measure(key) || region == "person" || (!region.empty() && kind == "ssim")) continue;
-    const auto place = std::find(kinds().begin(), kinds().end(), kind) - kinds().begin();
-    found.push_back({{region, static_cast<size_t>(place)}, key});
+    const MeasureName name(key);
+    if (!value.is_number() || name.kind.empty() || name.region == "person") continue;
+    if (!name.region.empty() && name.kind == "ssim") continue;
+    const auto place = std::find(kinds().begin(), kinds().end(), name.kind) - kinds().begin();
+    found.push_back({{name.region, static_cast<size_t>(place), name.network}, key});
   }
   std::sort(found.begin(), found.end());
   std::vector<std::string> measures;
@@ -60,14 +73,15 @@ std::vector<std::string> shown_measures(const nlohmann::json& metrics) {
 }
 
 std::string measure_label(const std::string& measure) {
-  std::string kind = kind_of(measure), region = measure.substr(0, measure.size() - kind.size());
-  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return std::toupper(c); });
-  std::replace(region.begin(), region.end(), '_', ' ');
-  return region + kind;
+  MeasureName name(measure);
+  std::transform(name.kind.begin(), name.kind.end(), name.kind.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return (name.region.empty() ? "" : name.region + " ") + name.kind + (name.network.empty() ? "" : " " + name.network);
 }
 
 std::string measure_text(const std::string& measure, double value, bool with_sign) {
-  const int digits = ends_with(measure, "psnr") ? 2 : ends_with(measure, "fid") ? 1 : 4;
+  const std::string kind = MeasureName(measure).kind;
+  const int digits = kind == "psnr" ? 2 : kind == "fid" ? 1 : 4;
   return with_sign ? fmt::format("{:+.{}f}", value, digits) : fmt::format("{:.{}f}", value, digits);
 }
 

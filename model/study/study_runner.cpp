@@ -40,6 +40,7 @@ namespace {
 /// What no variant could do with is refused before anything is written.
 void require_inputs(const StudySetup& setup) {
   Device device(setup.device);
+  if (!setup.metrics.empty()) setup.networks(device, {});
   BodyModel::load(setup.body);
   if (setup.hold_out.empty())
     throw Error("--hold-out: no camera is held out to measure on; name one, e.g. --hold-out cam02");

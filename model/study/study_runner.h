@@ -6,6 +6,7 @@
 #include "host/device/tuning_table.h"
 #include "model/data/capture.h"
 #include "model/study/variant.h"
+#include "model/train/evaluator.h"
 
 namespace degas {
 
@@ -21,6 +22,11 @@ struct StudySetup {
   CaptureOptions capture;                                 ///< its image_scale is that of evaluation, for every variant
   DeviceOptions device;
   TuneMode tune = TuneMode::Off;
+  /// What evaluations measure by; `metrics` names what is beyond the default, as options of `degas eval`.
+  std::function<MetricNetworks(Device&, const LossConfig&)> networks = [](Device&, const LossConfig& loss) {
+    return default_metric_networks(loss);
+  };
+  std::vector<std::string> metrics;
   std::vector<std::string> hold_out;
   StudyBudget budget;
   int seeds = 1;

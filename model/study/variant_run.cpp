@@ -97,6 +97,7 @@ json VariantRun::plan() const {
       {"config", json::parse(config_text(config_))}, {"data", setup_.data.string()}, {"milestones", setup_.milestones}};
   if (setup_.budget.minutes) plan["minutes"] = *setup_.budget.minutes;
   if (setup_.tune != TuneMode::Off) plan["tune"] = name_of(setup_.tune);
+  if (!setup_.metrics.empty()) plan["metrics"] = setup_.metrics;
   for (const StudyEvaluation& evaluation : setup_.evaluations()) plan["evaluations"].push_back(evaluation.name);
   return plan;
 }
@@ -214,6 +215,7 @@ json VariantRun::evaluate_all(const fs::path& folder, bool is_last, const Progre
     const std::vector<int> few = milestone_frames(capture->frame_count());
     options.frames = is_last ? selected_frames({}, capture->frame_count(), "--frames") : few;
     options.output = folder / folder_name(list[i].name);
+    options.networks = setup_.networks(device, config_.loss);
     options.stop_requested = setup_.stop_requested;
     const double spent = state_["training"]["minutes"].get<double>();
     const EvaluationSummary summary = evaluate(device, avatar, *capture, options, [&](int done, int total) {

@@ -24,7 +24,9 @@ FrameTable random_table(int frames, double shift, unsigned seed) {
 }  // namespace
 
 TEST_CASE("measures are told from counts and times, whatever regions there are") {
-  for (const char* key : {"psnr", "mouth_psnr", "person_ssim", "face_lpips", "fid", "face_aed"}) CHECK(is_measure(key));
+  for (const char* key :
+       {"psnr", "mouth_psnr", "person_ssim", "face_lpips", "fid", "face_aed", "lpips_vgg", "face_lpips_squeeze"})
+    CHECK(is_measure(key));
   for (const char* key : {"frames", "fps", "decode_ms", "gaussians", "device", "refined_pictures", "lpips_network"})
     CHECK_FALSE(is_measure(key));
   CHECK(lower_is_better("mouth_lpips"));
@@ -36,6 +38,10 @@ TEST_CASE("measures are told from counts and times, whatever regions there are")
   CHECK(shown_measures(metrics) ==
         std::vector<std::string>{"psnr", "ssim", "lpips", "fid", "aed", "face_psnr", "mouth_psnr"});
   CHECK(measure_label("face_lpips") == "face LPIPS");
+  CHECK(measure_label("mouth_lpips_vgg") == "mouth LPIPS vgg");
+  CHECK(lower_is_better("face_lpips_vgg"));
+  CHECK(shown_measures({{"lpips_vgg", 1.0}, {"lpips", 1.0}, {"face_psnr", 1.0}, {"fid", 1.0}}) ==
+        std::vector<std::string>{"lpips", "lpips_vgg", "fid", "face_psnr"});
   CHECK(measure_text("psnr", 1.234, true) == "+1.23");
 }
 
