@@ -129,6 +129,7 @@ std::vector<Tuner::Candidate> Tuner::verified(const std::string& name, const Tun
       const std::vector<double> got = numbers_of(trial, parameters);
       if (result.empty()) expected = got;
       if (const auto [largest, difference] = largest_and_difference(expected, got); difference > tolerance * largest) {
+        if (result.empty()) throw Error("the default's own numbers are not finite");
         say(name, parameters,
             fmt::format("differs from the default by {:.2g}, numbers up to {:.2g}; left out", difference, largest));
         continue;

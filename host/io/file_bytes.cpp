@@ -40,7 +40,8 @@ void remove_leftovers_of(const fs::path& path) {
   const std::string begin = '.' + path.stem().string() + '.', end = ".tmp" + path.extension().string();
   std::error_code ignored;
   std::vector<fs::path> leftovers;
-  for (fs::directory_iterator entry(path.parent_path(), ignored), last; entry != last; entry.increment(ignored)) {
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  for (fs::directory_iterator entry(folder, ignored), last; entry != last; entry.increment(ignored)) {
     const std::string name = entry->path().filename().string();
     if (!name.starts_with(begin) || !name.ends_with(end) || name.size() <= begin.size() + end.size()) continue;
     int process = 0, call = 0, length = 0;

@@ -255,8 +255,13 @@ class MakeHumanImporter {
   void pack() {
     std::vector<AtlasPart> parts;
     for (const std::array<int, 3>& triangle : body_.arrays.triangles) parts.push_back(part(triangle));
-    PackedAtlas atlas = pack_atlas(
-        {body_.arrays.vertices, body_.arrays.triangles, texture_coordinates_, body_.arrays.texture_triangles}, parts);
+    PackedAtlas atlas;
+    try {
+      atlas = pack_atlas(
+          {body_.arrays.vertices, body_.arrays.triangles, texture_coordinates_, body_.arrays.texture_triangles}, parts);
+    } catch (const Error& reason) {
+      throw Error::format("{}: {}", source_.base.string(), reason.what());
+    }
     body_.arrays.texture_coordinates = std::move(atlas.texture_coordinates);
     body_.arrays.texture_triangles = std::move(atlas.texture_triangles);
   }

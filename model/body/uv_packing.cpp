@@ -9,6 +9,8 @@
 #include <numeric>
 #include <optional>
 
+#include "host/error.h"
+
 namespace degas {
 namespace {
 
@@ -251,7 +253,11 @@ class AtlasPacker {
       charts.push_back(&chart);
       area += chart.area;
     }
-    if (charts.empty() || !(area > 0)) return;
+    if (charts.empty()) return;
+    const auto refuse = [&](const std::string& why) {
+      return Error::format("the texture of the {} {}; take MakeHuman's own base.obj", head ? "head" : "body", why);
+    };
+    if (!(area > 0)) throw refuse("covers no area");
     double free = 0;
     for (const uint64_t word : grid.bits) free += 64 - __builtin_popcountll(word);
     double low = 0, high = std::sqrt(free / area);
@@ -264,7 +270,7 @@ class AtlasPacker {
       } else {
         high = size;
       }
-      if (step > 60) return;  // more charts than cells: nothing can be laid out
+      if (step > 60) throw refuse(fmt::format("is cut into {} pieces, more than the atlas holds", charts.size()));
     }
     for (size_t i = 0; i < charts.size(); ++i) {
       for (const int corner : charts[i]->corners) {

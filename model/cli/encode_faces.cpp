@@ -2,6 +2,7 @@
 #include <memory>
 #include <numbers>
 
+#include "host/device/tuner.h"
 #include "host/error.h"
 #include "model/cli/commands.h"
 #include "model/cli/progress.h"
@@ -73,6 +74,9 @@ void encode(const EncodeFacesOptions& options) {
   if (options.weights.empty() == options.onnx.empty()) {
     throw Error("encode-faces: name one encoder, DPE's by --weights FILE or another by --onnx FILE");
   }
+  if (std::filesystem::is_regular_file(options.data)) {
+    throw Error::format("{}: is a pack; encode its capture's faces, then pack that", options.data.string());
+  }
   CaptureOptions capture_options;
   capture_options.cache = options.cache;
   capture_options.format = options.format;
@@ -88,6 +92,7 @@ void encode(const EncodeFacesOptions& options) {
   FaceEncoder encoder;
   if (options.onnx.empty()) {
     device = std::make_unique<Device>(options.device.options());
+    set_tuner(*device, options.device.tune.value_or(TuneMode::Off));
     encoder = make_dpe_encoder(*device, options.weights, parse_encoder_keys(options.keys));
   } else {
     const OnnxInput input = {options.input, by_channel(options.mean, "--mean"), by_channel(options.scale, "--scale")};

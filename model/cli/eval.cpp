@@ -77,6 +77,11 @@ void evaluate_given(const EvalOptions& options) {
   Device device(options.device.options());
   set_tuner(device, options.device.tune.value_or(TuneMode::Off));
   const EvaluationOptions evaluation = evaluation_of(options, device, {});
+  std::error_code ignored;
+  if (std::filesystem::equivalent(options.output, options.truth, ignored)) {
+    throw Error::format("--out {}: is --truth, whose figures would be lost; name another folder",
+                        options.output.string());
+  }
   const StopSignal stop;
   Progress progress;
   const EvaluationSummary summary =
@@ -113,14 +118,18 @@ void add_eval_command(CLI::App& app) {
   CLI::Option* truth =
       command->add_option("--truth", options->truth,
                           "Folder of an earlier `degas eval`: its photographs and boxes are what --pictures meet");
+  CLI::Option* pictures =
+      command
+          ->add_option("--pictures", options->pictures,
+                       "Instead of --run: a folder of pictures to measure, named as in the other's truth/")
+          ->needs(truth)
+          ->excludes(run)
+          ->excludes(data);
   command
-      ->add_option("--pictures", options->pictures,
-                   "Instead of --run: a folder of pictures to measure, named as in the other's truth/")
-      ->needs(truth)
-      ->excludes(run);
-  command->add_option("--cameras", options->cameras,
-                      fmt::format("{} (default: the held-out ones, else all)", cameras_help));
-  command->add_option("--frames", options->frames, frames_help);
+      ->add_option("--cameras", options->cameras,
+                   fmt::format("{} (default: the held-out ones, else all)", cameras_help))
+      ->excludes(pictures);
+  command->add_option("--frames", options->frames, frames_help)->excludes(pictures);
   command->add_option("--out", options->output, "Folder to write")->required();
   add_metric_options(*command, options->metrics);
   add_capture_options(*command, options->capture);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <memory>
 #include <sstream>
 
@@ -38,10 +39,11 @@ NetworkInput parse_input(const std::string& text, const std::string& option, Net
     const size_t sign = part.find('=');
     const std::string key = part.substr(0, sign), value = sign == std::string::npos ? "" : part.substr(sign + 1);
     if (key == "side") {
-      input.picture.side = static_cast<int>(number_of(value, option, part));
-      if (input.picture.side < 1 || input.picture.side > 4096) {
-        throw Error::format("{}: '{}' must be from 1 to 4096", option, part);
+      const double side = number_of(value, option, part);
+      if (!(side >= 1 && side <= 4096 && side == std::floor(side))) {
+        throw Error::format("{}: '{}' must be a whole number from 1 to 4096", option, part);
       }
+      input.picture.side = static_cast<int>(side);
     } else if (key == "mean") {
       input.picture.mean.fill(number_of(value, option, part));
     } else if (key == "scale") {

@@ -42,6 +42,7 @@ void draw_chart(const ParetoOptions& options) {
   const nlohmann::json pareto = read_json(options.chart);
   try {
     const auto captures = pareto.at("measured_on").get<std::vector<std::string>>();
+    if (captures.empty()) throw Error::format("{}: holds no measured capture", options.chart.string());
     const std::string capture = options.capture.empty() ? captures.back() : options.capture;
     if (std::find(captures.begin(), captures.end(), capture) == captures.end())
       throw Error::format("--capture {}: {} has {}", capture, options.chart.string(), fmt::join(captures, ", "));

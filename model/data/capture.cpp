@@ -70,6 +70,7 @@ std::unique_ptr<Capture> open_uncached_capture(const fs::path& path, const Captu
     throw Error::format("capture format '{}' is not known; known: {}", options.format, fmt::join(names, ", "));
   }
   if (fs::is_regular_file(path)) {
+    if (!options.format.empty()) throw Error::format("{}: is a pack, which has no --format", path.string());
     if (!options.codes.empty()) {
       throw Error::format("{}: a pack has its face codes within; give --codes to `degas pack`", path.string());
     }

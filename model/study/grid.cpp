@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 #include "host/error.h"
 #include "host/io/json_node.h"
@@ -25,6 +26,16 @@ std::string value_text(const Json& value) {
   return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
+/// What a study itself sets, the same for every variant.
+void require_free(const std::string& key, const fs::path& file) {
+  const std::map<std::string, std::string> options = {
+      {"train.iterations", "--iterations or --minutes"}, {"train.seed", "--seeds"}, {"data.hold_out", "--hold-out"}};
+  if (const auto taken = options.find(key); taken != options.end()) {
+    throw Error::format("{}: '{}' is the same for every variant of a study; give it by {}", file.string(), key,
+                        taken->second);
+  }
+}
+
 void add(std::vector<Variant>& all, Variant variant) {
   const bool is_new = std::none_of(all.begin(), all.end(), [&](const Variant& other) {
     return config_differences(other.config, variant.config).empty();
@@ -40,6 +51,7 @@ void add_sweep(std::vector<Variant>& all, const Variant& base, const Json& sweep
       throw Error::format("{}: sweep: '{}' must be a list of values, e.g. [128, 512], not {}", file.string(), key,
                           values.dump());
     }
+    require_free(key, file);
     for (const Json& value : values) {
       const std::string text = value_text(value);
       add(all, varied(base, short_name(key) + ' ' + text, {key + '=' + text}));
@@ -61,6 +73,7 @@ void add_points(std::vector<Variant>& all, const Variant& base, const Json& poin
     }
     std::vector<std::string> overrides, parts;
     for (const auto& [key, value] : point["set"].items()) {
+      require_free(key, file);
       overrides.push_back(key + '=' + value_text(value));
       parts.push_back(short_name(key) + ' ' + value_text(value));
     }

@@ -24,7 +24,7 @@ std::vector<StudyEvaluation> StudySetup::evaluations() const {
   for (size_t i = 0; i < novel.size(); ++i) {
     const fs::path plain = (novel[i] / "").parent_path();
     const std::string name = "novel " + plain.filename().string();
-    if (!names.insert(name).second)
+    if (!names.insert(folder_name(name)).second)
       throw Error::format("--novel {}: a second sequence of this name; rename one", novel[i].string());
     all.push_back({name, novel[i], novel_codes.empty() ? fs::path() : novel_codes[i]});
   }

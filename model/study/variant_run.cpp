@@ -93,12 +93,15 @@ VariantRun::VariantRun(const StudySetup& setup, const Variant& variant, int seed
 }
 
 json VariantRun::plan() const {
-  json plan = {
-      {"config", json::parse(config_text(config_))}, {"data", setup_.data.string()}, {"milestones", setup_.milestones}};
+  json plan = {{"config", json::parse(config_text(config_))},
+               {"data", setup_.data.string()},
+               {"body", setup_.body.string()},
+               {"milestones", setup_.milestones}};
   if (setup_.budget.minutes) plan["minutes"] = *setup_.budget.minutes;
   if (setup_.tune != TuneMode::Off) plan["tune"] = name_of(setup_.tune);
   if (!setup_.metrics.empty()) plan["metrics"] = setup_.metrics;
-  for (const StudyEvaluation& evaluation : setup_.evaluations()) plan["evaluations"].push_back(evaluation.name);
+  for (const StudyEvaluation& evaluation : setup_.evaluations())
+    plan["evaluations"].push_back({evaluation.name, evaluation.data.string(), evaluation.codes.string()});
   return plan;
 }
 

@@ -2,12 +2,14 @@
 
 #include <fstream>
 #include <set>
+#include <sstream>
 
 #include "host/error.h"
 #include "host/io/npz.h"
 #include "model/body/body_model.h"
 #include "model/body/uv_atlas.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/training_scene.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/tiny_makehuman.h"
 
@@ -200,6 +202,14 @@ TEST_CASE("faults of MakeHuman's files name file and key") {
   SECTION("no targets") {
     source.targets = folder / "nowhere";
     CHECK_THROWS_WITH(import_makehuman(source), Contains("nowhere: "));
+  }
+  SECTION("a texture that shrinks to a point") {
+    std::istringstream lines(file_text(files.base));
+    std::ofstream base(files.base);
+    for (std::string line; std::getline(lines, line);)
+      base << (line.starts_with("vt ") ? "vt 0.5 0.5" : line) << '\n';
+    base.close();
+    CHECK_THROWS_WITH(import_makehuman(source), Contains("base.obj: the texture of the ") && Contains("no area"));
   }
   SECTION("a mesh without texture coordinates") {
     source.shapes.clear();

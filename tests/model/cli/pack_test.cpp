@@ -24,6 +24,25 @@ TEST_CASE("degas pack makes a file that degas train trains from") {
   const ProgramResult trained = train();
   CAPTURE(trained.output, trained.errors);
   CHECK(trained.exit_code == 0);
+  const auto run = [&](const std::vector<std::string>& arguments) {
+    const ProgramResult result = run_program(arguments);
+    CAPTURE(result.output, result.errors);
+    CHECK(result.exit_code == 0);
+  };
+  const std::string data = pack.string(), trained_run = train.run.string();
+  run({"eval", "--run", trained_run, "--data", data, "--cameras", "cam02", "--out", (folder / "eval").string()});
+  run({"export", "--run", trained_run, "--data", data, "--frame", "0", "--out", (folder / "a.ply").string()});
+  run({"inspect", "--data", data, "--out", (folder / "inspect").string()});
+  train.data = training_scene() / "P1C1";
+  train.more = {"--iterations", "3", "--resume"};
+  const ProgramResult resumed = train();
+  CAPTURE(resumed.output, resumed.errors);
+  CHECK(resumed.exit_code == 0);
+  CHECK_THAT(resumed.output, Contains("continuing"));
+  train.data = pack;
+  const ProgramResult encoding = run_program({"encode-faces", "--data", data, "--onnx", "none.onnx"});
+  CHECK(encoding.exit_code == 2);
+  CHECK_THAT(encoding.errors, Contains("P1C1.pack: is a pack; encode its capture's faces"));
   // It has no pictures of its own in the cache, and goes on only with the scale it was packed at.
   train.more = {"--iterations", "2", "--set", "data.image_scale=0.5", "--resume"};
   const ProgramResult refused = train();

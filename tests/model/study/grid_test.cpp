@@ -72,6 +72,9 @@ TEST_CASE("grids that cannot be read are refused with what is wrong, before anyt
       {R"({"points": [{"name": 3, "set": {"net.width": 1}}]})", {"grid.json: points[0]: 'name' must be a text"}},
       {R"({"points": [{"name": "a", "set": {"net.width": 1}}, {"name": "a", "set": {"net.width": 2}}]})",
        {"grid.json: variant 'a': there are two of this name"}},
+      {R"({"sweep": {"train.iterations": [10, 20]}})",
+       {"grid.json: 'train.iterations' is the same for every variant", "--minutes"}},
+      {R"({"points": [{"set": {"train.seed": 3}}]})", {"grid.json: 'train.seed' is the same", "--seeds"}},
       {R"({"points": )", {"grid.json"}},
   }));
   std::ofstream(folder / "grid.json") << text;
