@@ -251,7 +251,7 @@ class AtlasPacker {
     for (const Chart& chart : charts_) {
       if (chart.is_head != head) continue;
       charts.push_back(&chart);
-      area += chart.area;
+      if (chart.metres > 0) area += chart.area;
     }
     if (charts.empty()) return;
     const auto refuse = [&](const std::string& why) {

@@ -60,9 +60,9 @@ Parameters times(int count, const std::string& fault = {}) {
 
 TEST_CASE("a launch whose default leaves numbers unwritten is not tuned") {
   const TemporaryFolder folder;
-  Products products{test::device(GENERATE(from_range(kernel_sets())))};
-  products.candidates = {times(2, "part"), times(1)};
-  CountingTuner tuner(products.device, TuneMode::Full, folder / "tuning.json");
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  Products products{device, 0, {times(2, "part"), times(1)}};
+  CountingTuner tuner(device, TuneMode::Full, folder / "tuning.json");
   CHECK(products.choose(tuner) == times(2, "part"));
   CHECK(TuningTable(folder / "tuning.json").size() == 0);
 }

@@ -128,24 +128,33 @@ TEST_CASE("gradients of every parameter of every kind pass finite differences") 
     const std::vector<double> values = parameter.value.to_host<double>(),
                               gradient = parameter.value.gradient().to_host<double>(),
                               direction = random_values(static_cast<int64_t>(values.size()), 7, -1, 1);
-    constexpr double step = 1e-6;
-    const auto maps_at = [&](double distance) {
-      std::vector<double> moved = values;
-      for (size_t i = 0; i < moved.size(); ++i) moved[i] += distance * direction[i];
-      Tensor(parameter.value).upload(std::span<const double>(moved));
-      return decoded(*network, inputs);
-    };
-    const std::vector<double> ahead = maps_at(step), behind = maps_at(-step);
-    maps_at(0);
-    double numeric = 0, expected = 0, squares = 0;
-    for (size_t i = 0; i < weights.size(); ++i) numeric += weights[i] * (ahead[i] - behind[i]) / (2 * step);
+    double expected = 0, squares = 0;
     for (size_t i = 0; i < values.size(); ++i) {
       expected += gradient[i] * direction[i];
       squares += gradient[i] * gradient[i] * direction[i] * direction[i];
     }
-    // Relative to the root of the squares: the sum itself may cancel. Some leaky ReLU turns within the step.
+    const auto error_of = [&](double step) {
+      const auto maps_at = [&](double distance) {
+        std::vector<double> moved = values;
+        for (size_t i = 0; i < moved.size(); ++i) moved[i] += distance * direction[i];
+        Tensor(parameter.value).upload(std::span<const double>(moved));
+        return decoded(*network, inputs);
+      };
+      const std::vector<double> ahead = maps_at(step), behind = maps_at(-step);
+      Tensor(parameter.value).upload(std::span<const double>(values));
+      double numeric = 0;
+      for (size_t i = 0; i < weights.size(); ++i) numeric += weights[i] * (ahead[i] - behind[i]) / (2 * step);
+      return std::abs(numeric - expected) / std::sqrt(squares);  // not to the sum itself, which may cancel
+    };
     REQUIRE(squares > 0);
-    CHECK(std::abs(numeric - expected) < 1e-4 * std::sqrt(squares));
+    // Leaky ReLUs that turn within the step are worth up to 1.4e-3 at 1e-6, and the less the smaller it is; rounding,
+    // in tensors with little gradient, up to 1.5e-4 at 1e-8, and the less the larger it is. A wrong gradient fits
+    // neither.
+    double error = INFINITY;
+    for (const double step : {3e-8, 3e-7}) {
+      if (error > 1e-4) error = std::min(error, error_of(step));
+    }
+    CHECK(error < 1e-4);
   }
 }
 
