@@ -41,6 +41,11 @@ void write_results(const EvaluationFolder& folder, const Scores& scores, const n
   folder.write_text("metrics.json", metrics.dump(2) + '\n');
 }
 
+/// At the end: a fault of the inputs is told by one line alone.
+void tell_what_lacks(const MetricNetworks& networks) {
+  if (!networks.no_lpips.empty()) fmt::print(stderr, "degas: no LPIPS in this evaluation: {}\n", networks.no_lpips);
+}
+
 }  // namespace
 
 MetricNetworks default_metric_networks(const LossConfig& loss) {
@@ -49,7 +54,7 @@ MetricNetworks default_metric_networks(const LossConfig& loss) {
     const fs::path path = lpips_weights_path(loss.lpips_weights, LpipsNetwork::Alex);
     networks.lpips.emplace_back(LpipsNetwork::Alex, load_lpips_layers(path, LpipsNetwork::Alex));
   } catch (const Error& error) {
-    fmt::print(stderr, "degas: no LPIPS in this evaluation: {}\n", error.what());
+    networks.no_lpips = error.what();
   }
   return networks;
 }
@@ -131,6 +136,7 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
   write_results(
       folder, scores, metrics, [&](const EvaluatedPicture& picture) { return folder.truth(picture); },
       [&](const EvaluatedPicture& picture) { return folder.render(picture); });
+  tell_what_lacks(networks);
   return summary;
 }
 
@@ -164,6 +170,7 @@ EvaluationSummary evaluate_pictures(Device& device, const fs::path& pictures, co
   summary.metrics["refined_pictures"] = summary.refined_pictures;
   write_results(
       folder, scores, summary.metrics, [&](const EvaluatedPicture& picture) { return truth.truth(picture); }, given);
+  tell_what_lacks(networks);
   return summary;
 }
 

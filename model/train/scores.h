@@ -24,6 +24,7 @@ struct MetricNetworks {
   std::function<std::vector<float>(const Image8& face)> expression;
   int expression_side = 0;
   nlohmann::json description = nlohmann::json::object();  ///< of their files, for metrics.json
+  std::string no_lpips = {};  ///< why there is none where one was hoped for; told once all is measured
 };
 
 /// Figures of rendered pictures against photographs, by the protocol of method.md: PSNR, SSIM, LPIPS and FID of the
