@@ -101,4 +101,8 @@ void write_file_atomically(const fs::path& path, std::span<const std::byte> byte
   file.commit();
 }
 
+void write_text(const fs::path& path, const std::string& text) {
+  write_file_atomically(path, std::as_bytes(std::span<const char>(text)));
+}
+
 }  // namespace degas

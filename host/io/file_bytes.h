@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace degas {
@@ -38,6 +39,7 @@ class AtomicFile {
 
 /// Writes the whole of an AtomicFile.
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
+void write_text(const std::filesystem::path& path, const std::string& text);
 
 /// The name `path` is written under before its rename: unique per process and call, same folder, same extension.
 std::filesystem::path temporary_name(const std::filesystem::path& path);

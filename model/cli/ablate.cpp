@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <memory>
 
+#include "host/error.h"
+#include "host/io/file_bytes.h"
 #include "model/cli/commands.h"
 #include "model/cli/study_options.h"
 #include "model/study/ablation.h"
@@ -21,6 +23,11 @@ void ablate(const AblateOptions& options) {
   base.config.data.hold_out = setup.hold_out;
   const auto capture = open_capture(setup.data, setup.capture);
   const std::vector<Variant> variants = study_variants(options.study, base, *capture);
+  const nlohmann::json before = read_json_if_any(setup.output / "ablation.json");
+  if (before.is_object() && before.value("study", options.study) != options.study) {
+    throw Error::format("--out {}: holds the study '{}', whose table would be lost; name another folder",
+                        setup.output.string(), before.value("study", ""));
+  }
   std::string table;
   const auto write = [&](const StudyResult& result) {
     const nlohmann::json ablation = ablation_json(options.study, setup, variants, result);

@@ -16,10 +16,6 @@ struct InspectOptions {
   std::string format, cameras, frames;
 };
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  write_file_atomically(path, std::as_bytes(std::span<const char>(text)));
-}
-
 void inspect(const InspectOptions& options) {
   std::vector<std::string> warnings;
   CaptureOptions capture_options;

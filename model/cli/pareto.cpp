@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "host/error.h"
+#include "host/io/file_bytes.h"
 #include "host/io/json_node.h"
 #include "model/cli/commands.h"
 #include "model/cli/study_options.h"
@@ -31,7 +32,11 @@ std::vector<Variant> variants_of(const ParetoOptions& options, const Variant& ba
   std::vector<Variant> all = options.grid.empty() ? default_grid(base) : grid_variants(base, options.grid);
   fs::path folder = options.baselines;
   if (folder.empty() && fs::is_directory(baseline_folder)) folder = baseline_folder;
-  if (folder.empty()) return all;
+  if (folder.empty()) {
+    fmt::print(stderr, "warning: no baselines to compare with: there is no {} here; name it by --baselines\n",
+               baseline_folder);
+    return all;
+  }
   for (Variant& baseline : baseline_variants(folder, options.choice.overrides)) all.push_back(std::move(baseline));
   return all;
 }

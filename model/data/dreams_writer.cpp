@@ -16,10 +16,6 @@ namespace {
 
 constexpr size_t dreams_betas = 300, dreams_expressions = 100;
 
-void write_text(const fs::path& path, const std::string& text) {
-  write_file_atomically(path, std::as_bytes(std::span<const char>(text)));
-}
-
 std::vector<float> padded(const std::vector<double>& values, size_t size) {
   std::vector<float> out(values.begin(), values.end());
   out.resize(std::max(size, out.size()));

@@ -57,7 +57,7 @@ void CodeFolder::begin() const {
   if (overwrite_) {
     for (const fs::path& file : code_files(path_)) fs::remove(file);
   }
-  write_file_atomically(path_ / description, std::as_bytes(std::span<const char>(settings_.dump(1))));
+  write_text(path_ / description, settings_.dump(1));
 }
 
 fs::path CodeFolder::file(int64_t frame_number, int camera) const {

@@ -14,8 +14,4 @@ void write_json(const std::filesystem::path& path, const nlohmann::json& json) {
   write_text(path, json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  write_file_atomically(path, std::as_bytes(std::span<const char>(text)));
-}
-
 }  // namespace degas

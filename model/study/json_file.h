@@ -9,6 +9,5 @@ namespace degas {
 nlohmann::json read_json_if_any(const std::filesystem::path& path);
 /// Indented, whole or not at all. Error naming the file when the disk refuses.
 void write_json(const std::filesystem::path& path, const nlohmann::json& json);
-void write_text(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace degas

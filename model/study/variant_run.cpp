@@ -133,6 +133,14 @@ json VariantRun::finished_record() const {
   return record;
 }
 
+std::vector<std::string> VariantRun::shared_words() const {
+  std::vector<std::string> words;
+  if (!setup_.capture.format.empty()) words.insert(words.end(), {"--format", setup_.capture.format});
+  if (!setup_.device.selector.empty()) words.insert(words.end(), {"--device", setup_.device.selector});
+  if (setup_.tune != TuneMode::Off) words.insert(words.end(), {"--tune", name_of(setup_.tune)});
+  return words;
+}
+
 std::string VariantRun::train_command() const {
   std::vector<std::string> words = {"train",
                                     "--data",
@@ -149,8 +157,8 @@ std::string VariantRun::train_command() const {
   if (setup_.budget.minutes) add("--minutes", fmt::format("{:g}", *setup_.budget.minutes));
   add("--iterations", std::to_string(setup_.budget.step_limit()));
   add("--seed", std::to_string(seed_));
-  if (setup_.tune != TuneMode::Off) add("--tune", name_of(setup_.tune));
   if (!setup_.capture.codes.empty()) add("--codes", setup_.capture.codes.string());
+  for (const std::string& word : shared_words()) words.push_back(word);
   add("--out", run_folder_.string());
   return command_text(words);
 }
@@ -236,6 +244,7 @@ json VariantRun::evaluate_all(const fs::path& folder, bool is_last, const Progre
     for (const int camera : options.cameras) cameras.push_back(capture->camera_names()[static_cast<size_t>(camera)]);
     std::vector<std::string> words = {"eval", "--run", run_folder_.string(), "--data", list[i].data.string()};
     if (!list[i].codes.empty()) words.insert(words.end(), {"--codes", list[i].codes.string()});
+    for (const auto& more : {setup_.metrics, shared_words()}) words.insert(words.end(), more.begin(), more.end());
     words.insert(words.end(),
                  {"--cameras", fmt::format("{}", fmt::join(cameras, ",")), "--out", options.output.string()});
     metrics["command"] = command_text(words);

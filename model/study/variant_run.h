@@ -30,6 +30,8 @@ class VariantRun {
   nlohmann::json plan() const;
   /// Throws Error where plan.json holds another plan.
   void require_same_plan() const;
+  /// Options that the recorded commands of training and of evaluation share.
+  std::vector<std::string> shared_words() const;
   /// By which anyone can train the same.
   std::string train_command() const;
   /// Up to a milestone; false when it was stopped.

@@ -37,7 +37,7 @@ std::string EvaluatedPicture::name() const {
 }
 
 void EvaluationFolder::write_text(const std::string& name, const std::string& text) const {
-  write_file_atomically(path_ / name, std::as_bytes(std::span<const char>(text)));
+  degas::write_text(path_ / name, text);
 }
 
 void EvaluationFolder::write_pictures(const std::vector<EvaluatedPicture>& pictures) const {

@@ -33,7 +33,7 @@ TuneMode RunFolder::tuning() const {
 
 void RunFolder::write_config(const Config& config) const {
   const std::string text = config_text(config) + '\n';
-  write_file_atomically(config_file(), std::as_bytes(std::span<const char>(text)));
+  write_text(config_file(), text);
 }
 
 void RunFolder::require_same_body(const fs::path& body) const {
@@ -103,7 +103,7 @@ void RunFolder::truncate_history(int64_t step) const {
     kept += line + '\n';
   }
   stream.close();
-  write_file_atomically(history_file(), std::as_bytes(std::span<const char>(kept)));
+  write_text(history_file(), kept);
 }
 
 void RunFolder::append_history(const nlohmann::json& line) const {

@@ -19,10 +19,6 @@ std::vector<std::string> eval_stored(const fs::path& output) {
   return {"eval", "--pictures", stored / "render", "--truth", stored, "--out", output};
 }
 
-void write_text(const fs::path& path, const std::string& text) {
-  write_file_atomically(path, std::as_bytes(std::span<const char>(text)));
-}
-
 }  // namespace
 
 TEST_CASE("metrics.json of a stored prediction set agrees with PyTorch and scipy") {
