@@ -28,19 +28,49 @@ REALV load_padded(global const REAL* image, const int row, const int column, con
   return LOAD_VECTOR(0, lanes);
 }
 
-// out[row] = vertical blur at output row `row` of rows[0 .. ROWS + TAPS - 1)
-#define BLUR_VERTICALLY(expression, out)                                       \
-  do {                                                                         \
-    REALV sums[ROWS];                                                          \
-    _Pragma("unroll") for (int r = 0; r < ROWS; ++r) sums[r] = 0;              \
-    _Pragma("unroll") for (int i = 0; i < ROWS + TAPS - 1; ++i) {              \
-      const REALV value = expression;                                          \
-      _Pragma("unroll") for (int r = 0; r < ROWS; ++r) {                       \
-        if (i >= r && i - r < TAPS) sums[r] += window[i - r] * value;          \
-      }                                                                        \
-    }                                                                          \
-    _Pragma("unroll") for (int r = 0; r < ROWS; ++r) out[r][column] = sums[r]; \
-  } while (0)
+// Row i of the ROWS + TAPS - 1 about an item's goes into the blur of each of its rows whose window it lies in.
+__attribute__((always_inline)) inline void add_row(REALV sums[ROWS], const REALV value, const int i) {
+#pragma unroll
+  for (int r = 0; r < ROWS; ++r) {
+    if (i >= r && i - r < TAPS) sums[r] += window[i - r] * value;
+  }
+}
+
+// Vertical blurs of the vectors at `column` that the forward pass needs; whole: nothing of them lies outside.
+__attribute__((always_inline)) inline void blur_images(global const REAL* image, global const REAL* target,
+                                                       const int first_row, const int column, const int height,
+                                                       const int row_length, const int whole, REALV mean_x[ROWS],
+                                                       REALV mean_d[ROWS], REALV square_d[ROWS],
+                                                       REALV square_sum[ROWS]) {
+  const long corner = (long)(first_row - RADIUS) * row_length + column;
+#pragma unroll
+  for (int r = 0; r < ROWS; ++r) mean_x[r] = mean_d[r] = square_d[r] = square_sum[r] = 0;
+#pragma unroll
+  for (int i = 0; i < ROWS + TAPS - 1; ++i) {
+    const int row = first_row + i - RADIUS;
+    const long at = corner + (long)i * row_length;
+    const REALV x = whole ? LOAD_VECTOR(0, image + at) : load_padded(image, row, column, height, row_length);
+    const REALV y = whole ? LOAD_VECTOR(0, target + at) : load_padded(target, row, column, height, row_length);
+    const REALV d = x - y;
+    add_row(mean_x, x, i);
+    add_row(mean_d, d, i);
+    add_row(square_d, d * d, i);
+    add_row(square_sum, x * x + (x - d) * (x - d), i);
+  }
+}
+
+// The same of a plane of derivatives; whole: no row lies outside.
+__attribute__((always_inline)) inline void blur_plane(global const REAL* plane, const int first_row, const int height,
+                                                      const int pitch, const int whole, REALV sums[ROWS]) {
+  global const REAL* corner = plane + (long)(first_row - RADIUS) * pitch;
+#pragma unroll
+  for (int r = 0; r < ROWS; ++r) sums[r] = 0;
+#pragma unroll
+  for (int i = 0; i < ROWS + TAPS - 1; ++i) {
+    const int row = first_row + i - RADIUS;
+    if (whole || (row >= 0 && row < height)) add_row(sums, LOAD_VECTOR(0, corner + (long)i * pitch), i);
+  }
+}
 
 // Whether the windows about an item's pixels in a column of the strip, or (reach 2) in one next to it, hold anything;
 // holds: per column whether it does.
@@ -63,6 +93,7 @@ kernel void ssim_forward(global const REAL* image, global const REAL* target, gl
                          const int row_length, const int pitch, const int margin) {
   const int strip = get_global_id(0), first_row = get_global_id(1) * ROWS;
   REALV mean_x[ROWS][COLUMNS], mean_d[ROWS][COLUMNS], square_d[ROWS][COLUMNS], square_sum[ROWS][COLUMNS];
+  const int rows_whole = first_row >= RADIUS && first_row + ROWS + RADIUS <= height;
   int differs[COLUMNS];
   for (int column = 0; column < COLUMNS; ++column) {
     const int start = (strip * STRIP + column - 1) * V;
@@ -75,16 +106,19 @@ kernel void ssim_forward(global const REAL* image, global const REAL* target, gl
   for (int column = 0; column < COLUMNS; ++column) {
     if (!any_near(differs, column, 2)) continue;
     const int start = (strip * STRIP + column - 1) * V;
-    REALV x[ROWS + TAPS - 1], d[ROWS + TAPS - 1];
-    for (int i = 0; i < ROWS + TAPS - 1; ++i) {
-      const int row = first_row + i - RADIUS;
-      x[i] = load_padded(image, row, start, height, row_length);
-      d[i] = x[i] - load_padded(target, row, start, height, row_length);
+    REALV sums[4][ROWS];
+    if (rows_whole && start >= 0 && start + V <= row_length) {
+      blur_images(image, target, first_row, start, height, row_length, 1, sums[0], sums[1], sums[2], sums[3]);
+    } else {
+      blur_images(image, target, first_row, start, height, row_length, 0, sums[0], sums[1], sums[2], sums[3]);
     }
-    BLUR_VERTICALLY(x[i], mean_x);
-    BLUR_VERTICALLY(d[i], mean_d);
-    BLUR_VERTICALLY(d[i] * d[i], square_d);
-    BLUR_VERTICALLY(x[i] * x[i] + (x[i] - d[i]) * (x[i] - d[i]), square_sum);
+#pragma unroll
+    for (int r = 0; r < ROWS; ++r) {
+      mean_x[r][column] = sums[0][r];
+      mean_d[r][column] = sums[1][r];
+      square_d[r][column] = sums[2][r];
+      square_sum[r][column] = sums[3][r];
+    }
   }
   REALV total = 0;
   for (int r = 0; r < ROWS && first_row + r < height; ++r) {
@@ -126,6 +160,7 @@ kernel void ssim_backward(global const REAL* image, global const REAL* target, g
                           global REAL* gradient, const REAL l1_factor, const REAL ssim_factor, const int height,
                           const int row_length, const int pitch) {
   const int strip = get_global_id(0), first_row = get_global_id(1) * ROWS;
+  const int rows_whole = first_row >= RADIUS && first_row + ROWS + RADIUS <= height;
   const long plane = (long)height * pitch;
   REALV blurred[3][ROWS][COLUMNS];
   int holds[COLUMNS];
@@ -144,15 +179,14 @@ kernel void ssim_backward(global const REAL* image, global const REAL* target, g
     const int start = (strip * STRIP + column - 1) * V;
     const int inside = start >= 0 && start < pitch;
     for (int k = 0; k < 3; ++k) {
-      REALV values[ROWS + TAPS - 1];
-      for (int i = 0; i < ROWS + TAPS - 1; ++i) {
-        const int row = first_row + i - RADIUS;
-        values[i] = 0;
-        if (inside && row >= 0 && row < height) {
-          values[i] = LOAD_VECTOR(0, derivative + k * plane + (long)row * pitch + start);
-        }
+      REALV sums[ROWS];
+      if (inside && rows_whole) {
+        blur_plane(derivative + k * plane + start, first_row, height, pitch, 1, sums);
+      } else {
+        blur_plane(derivative + k * plane + start, first_row, inside ? height : 0, pitch, 0, sums);
       }
-      BLUR_VERTICALLY(values[i], blurred[k]);
+#pragma unroll
+      for (int r = 0; r < ROWS; ++r) blurred[k][r][column] = sums[r];
     }
   }
   for (int r = 0; r < ROWS && first_row + r < height; ++r) {
