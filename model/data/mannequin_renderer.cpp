@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <exception>
 #include <thread>
 
 #include "model/data/depth_buffer.h"
@@ -107,13 +108,23 @@ RenderedPicture rasterize(const LitScene& scene, const Camera& camera, int super
 
 void for_each_parallel(int count, int threads, const std::function<void(int)>& body) {
   std::atomic<int> next{0};
+  std::vector<std::exception_ptr> failures(static_cast<size_t>(count));
   const auto work = [&] {
-    for (int i = next++; i < count; i = next++) body(i);
+    for (int i = next++; i < count; i = next++) {
+      try {
+        body(i);
+      } catch (...) {
+        failures[static_cast<size_t>(i)] = std::current_exception();
+      }
+    }
   };
   std::vector<std::thread> helpers;
   for (int k = 1; k < std::min(threads, count); ++k) helpers.emplace_back(work);
   work();
   for (auto& helper : helpers) helper.join();
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
+  }
 }
 
 }  // namespace degas

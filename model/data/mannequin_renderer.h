@@ -49,7 +49,8 @@ struct RenderedPicture {
 /// triangles that reach within 5 cm of the camera's plane are left out. The bits depend on the input only.
 RenderedPicture rasterize(const LitScene& scene, const Camera& camera, int supersampling);
 
-/// Runs body(i) for i in [0, count) on up to `threads` threads; i -> thread is not fixed, so bodies write apart.
+/// Runs body(i) for i in [0, count) on up to `threads` threads; i -> thread is not fixed, so bodies write apart. Of
+/// what they throw the first by i is thrown when all are done.
 void for_each_parallel(int count, int threads, const std::function<void(int)>& body);
 
 }  // namespace degas

@@ -186,3 +186,15 @@ TEST_CASE("a light throws a shadow where geometry says, and facing follows the c
   CHECK(shadowed > 100);
   CHECK(lit > 1000);
 }
+
+TEST_CASE("what bodies of a parallel loop throw is thrown when all are done, the first of them") {
+  const int threads = GENERATE(1, 3);
+  std::vector<int> done(20, 0);
+  CHECK_THROWS_WITH(for_each_parallel(20, threads,
+                                      [&](int i) {
+                                        done[static_cast<size_t>(i)] = 1;
+                                        if (i % 7 == 5) throw std::runtime_error(std::to_string(i));
+                                      }),
+                    "5");
+  CHECK(done == std::vector<int>(20, 1));
+}
