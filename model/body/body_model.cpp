@@ -160,8 +160,30 @@ std::vector<Vector3d> BodyModel::posed_vertices(const Pose& pose, const std::vec
   return vertices;
 }
 
-Pose BodyModel::with_hand_mean(Pose pose) const {
+void BodyModel::expand_hand(Pose& pose, int hand) const {
+  std::vector<double>& coefficients = pose.hand_coefficients[hand];
+  const std::vector<Vector3d>& components = hand_components_[hand];
+  const size_t count = components.size() / joints_per_hand;
+  if (coefficients.size() > count) {
+    throw Error::format(
+        "{}: 'hands_components{}' {}, but the capture's fingers are {} coefficients of principal components; take the "
+        "body model that it was fitted with",
+        path_.string(), hand == 0 ? 'l' : 'r', count == 0 ? "is missing" : fmt::format("has {} rows", count),
+        coefficients.size());
+  }
+  const int first_joint = hand == 0 ? LeftHandJoint : RightHandJoint;
+  for (size_t i = 0; i < coefficients.size(); ++i) {
+    for (int joint = 0; joint < joints_per_hand; ++joint) {
+      pose.axis_angles[first_joint + joint] += coefficients[i] * components[i * joints_per_hand + joint];
+    }
+  }
+  coefficients.clear();
+}
+
+Pose BodyModel::with_hands(Pose pose, bool flat_hand_mean) const {
   check(pose);
+  for (const int hand : {0, 1}) expand_hand(pose, hand);
+  if (flat_hand_mean) return pose;
   if (hand_means_.empty()) {
     throw Error::format(
         "{}: no 'hands_meanl' and 'hands_meanr', but the capture's finger angles are relative to the "

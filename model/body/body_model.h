@@ -79,9 +79,10 @@ class BodyModel {
   std::vector<Eigen::Vector3d> posed_vertices(const Pose& pose, const std::vector<double>& betas,
                                               bool include_global) const;
 
-  /// For captures with flat_hand_mean false: their finger angles are relative to the model's mean hand, which this
-  /// adds. Error when the file has no mean hands.
-  Pose with_hand_mean(Pose pose) const;
+  /// The pose with its finger angles whole: coefficients times the first rows of hands_componentsl/r where it has such,
+  /// plus the mean hand unless flat_hand_mean (as the smplx package does). Error when the file has fewer components, or
+  /// no mean hands.
+  Pose with_hands(Pose pose, bool flat_hand_mean) const;
   bool has_hand_mean() const { return !hand_means_.empty(); }
   /// Vertices whose summed weight of head, jaw and eye joints exceeds one half, ascending.
   std::vector<int> head_vertices() const { return vertices_of({HeadJoint, JawJoint, LeftEyeJoint, RightEyeJoint}); }
@@ -92,6 +93,7 @@ class BodyModel {
   friend class BodyModelReader;
   BodyModel() = default;
   void check(const Pose& pose) const;
+  void expand_hand(Pose& pose, int hand) const;
   std::vector<int> vertices_of(std::initializer_list<int> joints) const;
   void add_shapes(std::vector<Eigen::Vector3d>& vertices, const std::vector<double>& betas,
                   const std::vector<double>& expression) const;
@@ -111,6 +113,7 @@ class BodyModel {
   std::vector<std::array<int, 3>> faces_, texture_faces_;
   std::vector<Eigen::Vector2d> texture_coordinates_;
   std::vector<Eigen::Vector3d> hand_means_;  // left then right, axis-angles; empty where the file has none
+  std::array<std::vector<Eigen::Vector3d>, 2> hand_components_;  // left, right: axis-angles, a hand after another
 };
 
 /// Radians between the direction that the head faces and the direction from the head to a point of the world.

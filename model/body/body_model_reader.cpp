@@ -181,14 +181,21 @@ class BodyModelReader {
   }
 
   void read_hands() {
-    if (!file_.contains("hands_meanl") && !file_.contains("hands_meanr")) return;
     if (joints_ < RightHandJoint + joints_per_hand) return;
-    for (const char* key : {"hands_meanl", "hands_meanr"}) {
-      const std::vector<double> angles = doubles(key, {3 * joints_per_hand});
-      for (size_t i = 0; i < angles.size(); i += 3) {
-        body_.hand_means_.emplace_back(angles[i], angles[i + 1], angles[i + 2]);
-      }
+    constexpr int angles = 3 * joints_per_hand;
+    if (file_.contains("hands_meanl") || file_.contains("hands_meanr")) {
+      append_angles("hands_meanl", {angles}, body_.hand_means_);
+      append_angles("hands_meanr", {angles}, body_.hand_means_);
     }
+    if (file_.contains("hands_componentsl") || file_.contains("hands_componentsr")) {
+      append_angles("hands_componentsl", {-1, angles}, body_.hand_components_[0]);
+      append_angles("hands_componentsr", {-1, angles}, body_.hand_components_[1]);
+    }
+  }
+
+  void append_angles(const std::string& key, const Shape& shape, std::vector<Vector3d>& angles) const {
+    const std::vector<double> values = doubles(key, shape);
+    for (size_t i = 0; i < values.size(); i += 3) angles.emplace_back(values[i], values[i + 1], values[i + 2]);
   }
 
   NpzFile file_;

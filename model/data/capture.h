@@ -50,8 +50,9 @@ class Capture {
   /// Error naming file, camera and frame where has_image is false.
   virtual Sample load(int frame, int camera) const = 0;
 
-  /// Joints in SMPL-X order (55; root orientation at 0), hands relative to the mean hand unless flat_hand_mean, jaw and
-  /// expression as recorded: whoever drives an avatar by face codes neutralises them.
+  /// Joints in SMPL-X order (55; root orientation at 0), jaw and expression as recorded: whoever drives an avatar by
+  /// face codes neutralises them. Fingers need BodyModel::with_hands: they are relative to the mean hand unless
+  /// flat_hand_mean, and may be as many coefficients of principal components for both hands in every frame.
   virtual Pose pose(int frame) const = 0;
   virtual std::vector<double> betas() const = 0;
   virtual bool flat_hand_mean() const = 0;

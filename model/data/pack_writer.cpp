@@ -119,6 +119,7 @@ class PackWriter {
                                                 {"image_scale", options_.image_scale},
                                                 {"cameras", capture_.camera_names()},
                                                 {"joints", capture_.pose(0).axis_angles.size()},
+                                                {"hand_coefficients", capture_.pose(0).hand_coefficients[0].size()},
                                                 {"flat_hand_mean", capture_.flat_hand_mean() ? 1 : 0},
                                                 {"code_size", capture_.face_code_size()}};
     const std::string text = description.dump();
@@ -146,6 +147,9 @@ class PackWriter {
         numbers.insert(numbers.end(), angles.data(), angles.data() + 3);
       }
       numbers.insert(numbers.end(), pose.translation.data(), pose.translation.data() + 3);
+      for (const std::vector<double>& values : pose.hand_coefficients) {
+        numbers.insert(numbers.end(), values.begin(), values.end());
+      }
       numbers.insert(numbers.end(), pose.expression.begin(), pose.expression.end());
       frame_numbers.push_back(capture_.frame_number(frame));
     }

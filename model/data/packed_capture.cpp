@@ -89,6 +89,8 @@ void PackedCapture::read_description(double image_scale) {
   const JsonNode cameras = description["cameras"];
   for (size_t i = 0; i < cameras.size(); ++i) names_.push_back(cameras[i].text());
   joints_ = description["joints"].integer(1, 10000);
+  // Packs of before have angles for all fingers.
+  if (description.has("hand_coefficients")) hand_coefficients_ = description["hand_coefficients"].integer(0, 10000);
   code_size_ = description["code_size"].integer(0, 1 << 20);
   flat_hand_mean_ = description["flat_hand_mean"].integer(0, 1) == 1;
 }
@@ -112,7 +114,7 @@ void PackedCapture::read_cameras() {
 void PackedCapture::read_poses() {
   const NpyArray array = read_array(section(PackSection::Poses), path_.string(), PackSection::Poses, {-1, -1});
   const int64_t frames = array.shape[0], width = array.shape[1];
-  const int64_t body = 3 * joints_ + 3;
+  const int64_t hands = 3 * joints_ + 3, body = hands + 2 * hand_coefficients_;
   if (width < body) throw Error::format("{}: its poses have {} numbers; {}", path_.string(), width, remedy);
   const std::vector<double> numbers = array.doubles();
   for (int64_t frame = 0; frame < frames; ++frame) {
@@ -120,6 +122,8 @@ void PackedCapture::read_poses() {
     Pose pose;
     for (int j = 0; j < joints_; ++j) pose.axis_angles.emplace_back(next[3 * j], next[3 * j + 1], next[3 * j + 2]);
     pose.translation = Eigen::Map<const Eigen::Vector3d>(next + 3 * joints_);
+    pose.hand_coefficients[0].assign(next + hands, next + hands + hand_coefficients_);
+    pose.hand_coefficients[1].assign(next + hands + hand_coefficients_, next + body);
     pose.expression.assign(next + body, next + width);
     poses_.push_back(std::move(pose));
   }

@@ -15,9 +15,10 @@ namespace degas {
 // The same capture and options make the same bytes.
 
 enum class PackSection : int {
-  Description,   ///< JSON: identity, picture_identity, image_scale, cameras (names), joints, flat_hand_mean, code_size
+  Description,   ///< JSON: identity, picture_identity, image_scale, cameras (names), joints, hand_coefficients (a hand,
+                 ///< 0 where fingers are angles), flat_hand_mean, code_size
   Cameras,       ///< float64 (C, 18): width, height, fx, fy, cx, cy, rotation (row after row), translation
-  Poses,         ///< float64 (T, 3 J + 3 + E): axis-angles, translation, expression
+  Poses,         ///< float64 (T, 3 J + 3 + 2 H + E): axis-angles, translation, hand coefficients, expression
   FrameNumbers,  ///< int64 (T)
   Betas,         ///< float64 (B)
   Codes,         ///< float32 (M, code size)
@@ -81,7 +82,7 @@ class PackedCapture : public Capture {
   std::string identity_, picture_identity_;
   std::vector<std::string> names_;
   std::vector<Camera> cameras_;
-  int joints_ = 0, code_size_ = 0;
+  int joints_ = 0, hand_coefficients_ = 0, code_size_ = 0;
   std::vector<Pose> poses_;
   std::vector<int64_t> frame_numbers_, code_rows_, pictures_;
   std::vector<double> betas_;

@@ -40,13 +40,45 @@ std::vector<int64_t> read_frame_numbers(const NpzFile& file, int64_t rows) {
   return numbers;
 }
 
-bool read_flat_hand_mean(const NpzFile& file, std::optional<bool> convention) {
-  if (file.contains("smplx_kwargs")) {
-    const auto arguments = nlohmann::json::parse(file.read("smplx_kwargs").text(), nullptr, false);
-    if (arguments.is_discarded()) throw Error::format("{}: 'smplx_kwargs' is no JSON", file.path().string());
-    const auto found = arguments.is_object() ? arguments.find("flat_hand_mean") : arguments.end();
-    if (found != arguments.end() && found->is_boolean()) return found->get<bool>();
+/// What the file says the smplx package was called with; an empty object where it does not.
+nlohmann::json read_arguments(const NpzFile& file) {
+  if (!file.contains("smplx_kwargs")) return nlohmann::json::object();
+  nlohmann::json arguments = nlohmann::json::parse(file.read("smplx_kwargs").text(), nullptr, false);
+  if (arguments.is_discarded()) throw Error::format("{}: 'smplx_kwargs' is no JSON", file.path().string());
+  return arguments.is_object() ? arguments : nlohmann::json::object();
+}
+
+/// Coefficients of principal components that each hand has in a row; 0 where rows hold the angles of its joints. As
+/// many columns as there are angles are coefficients only if the arguments say so.
+int64_t count_hand_coefficients(const NpzFile& file, const nlohmann::json& arguments) {
+  constexpr int64_t angles = 3 * joints_per_hand;
+  const int64_t columns = file.read("left_hand_pose", {-1, -1}).shape[1];
+  const nlohmann::json use_pca = arguments.value("use_pca", nlohmann::json());
+  if (columns < angles && use_pca == false) {
+    throw Error::format(
+        "{}: 'left_hand_pose' has {} columns, but 'smplx_kwargs' has use_pca false; angles have {} columns, fewer are "
+        "PCA coefficients",
+        file.path().string(), columns, angles);
   }
+  const bool has_all = use_pca == true && arguments.value("num_pca_comps", nlohmann::json()) == angles;
+  return columns < angles || (columns == angles && has_all) ? columns : 0;
+}
+
+void read_hand_coefficients(const NpzFile& file, int64_t count, std::vector<Pose>& poses) {
+  const std::array<const char*, 2> keys = {"left_hand_pose", "right_hand_pose"};
+  for (size_t hand = 0; hand < keys.size(); ++hand) {
+    const std::vector<double> values = finite_rows(file, keys[hand], {static_cast<int64_t>(poses.size()), count});
+    const double* next = values.data();
+    for (Pose& pose : poses) {
+      pose.hand_coefficients[hand].assign(next, next + count);
+      next += count;
+    }
+  }
+}
+
+bool read_flat_hand_mean(const NpzFile& file, const nlohmann::json& arguments, std::optional<bool> convention) {
+  const auto found = arguments.find("flat_hand_mean");
+  if (found != arguments.end() && found->is_boolean()) return found->get<bool>();
   if (file.contains("flat_hand_mean")) {
     const std::vector<int64_t> value = file.read("flat_hand_mean").integers();
     if (value.size() == 1) return value.front() != 0;
@@ -63,12 +95,15 @@ SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const S
   const int64_t rows = file.read("global_orient", {-1, 3}).shape[0];
   if (rows == 0) throw Error::format("{}: 'global_orient' has no rows", path.string());
 
+  const nlohmann::json arguments = read_arguments(file);
+  const int64_t coefficients = count_hand_coefficients(file, arguments);
   SmplxParameters parameters;
   parameters.poses.resize(static_cast<size_t>(rows));
   for (Pose& pose : parameters.poses) pose.axis_angles.assign(smplx_joints, Eigen::Vector3d::Zero());
   for (const SmplxJointBlock& block : smplx_joint_blocks) {
     const bool of_eye = block.first_joint == LeftEyeJoint || block.first_joint == RightEyeJoint;
     if (of_eye && !conventions.has_eye_poses && !file.contains(block.key)) continue;
+    if (block.first_joint >= LeftHandJoint && coefficients > 0) continue;
     const std::vector<double> angles = finite_rows(file, block.key, {rows, 3 * block.joints});
     const double* next = angles.data();
     for (Pose& pose : parameters.poses) {
@@ -77,6 +112,7 @@ SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const S
       }
     }
   }
+  if (coefficients > 0) read_hand_coefficients(file, coefficients, parameters.poses);
   const std::vector<double> translations = finite_rows(file, "transl", {rows, 3});
   const std::vector<double> expressions = finite_rows(file, "expression", {rows, -1});
   const size_t width = expressions.size() / static_cast<size_t>(rows);
@@ -89,7 +125,7 @@ SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const S
   parameters.frame_numbers = read_frame_numbers(file, rows);
   const Shape betas_shape = file.read("betas").shape;
   parameters.betas = finite_rows(file, "betas", betas_shape.size() == 2 ? Shape{1, -1} : Shape{-1});
-  parameters.flat_hand_mean = read_flat_hand_mean(file, conventions.flat_hand_mean);
+  parameters.flat_hand_mean = read_flat_hand_mean(file, arguments, conventions.flat_hand_mean);
   return parameters;
 }
 

@@ -41,7 +41,8 @@ struct SmplxConventions {
   std::optional<bool> flat_hand_mean;  ///< of hands whose file does not tell; nothing: the file must
 };
 
-/// Error naming file and key for missing arrays, wrong shapes and, with the row, values that are not finite.
+/// Hands of fewer than 45 columns are coefficients of principal components. Error naming file and key for missing
+/// arrays, wrong shapes and, with the row, values that are not finite.
 SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const SmplxConventions& conventions = {});
 
 }  // namespace degas

@@ -69,8 +69,7 @@ FitTrials::FitTrials(const Capture& capture, const BodyModel& body, std::vector<
   for (const auto& [frame, nothing] : bodies_) frames.push_back(frame);
   for_each_parallel(static_cast<int>(frames.size()), threads_, [&](int i) {
     const int frame = frames[static_cast<size_t>(i)];
-    Pose pose = capture.pose(frame);
-    if (!capture.flat_hand_mean() && body.has_hand_mean()) pose = body.with_hand_mean(pose);
+    const Pose pose = body.with_hands(capture.pose(frame), capture.flat_hand_mean());
     bodies_.at(frame) = {body.posed_vertices(pose, capture.betas(), true), pose.translation};
   });
 }

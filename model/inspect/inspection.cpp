@@ -94,16 +94,15 @@ void Inspector::describe_capture() {
 }
 
 void Inspector::pose_bodies() {
-  const bool is_relative = !capture_.flat_hand_mean();
+  const bool is_flat = capture_.flat_hand_mean();
   for (const int frame : result_.frames_seen) {
     const Pose recorded = capture_.pose(frame);
     const auto surface_of = [&](const Pose& pose) {
       return BodySurface(body_->posed_vertices(pose, capture_.betas(), true), body_->faces());
     };
-    const bool has_means = body_->has_hand_mean();
-    const Pose pose = is_relative ? body_->with_hand_mean(recorded) : recorded;
+    const Pose pose = body_->with_hands(recorded, is_flat);
     FrameBody body{pose, surface_of(pose), {}};
-    if (has_means) body.other_hands = surface_of(is_relative ? recorded : body_->with_hand_mean(recorded));
+    if (body_->has_hand_mean()) body.other_hands = surface_of(body_->with_hands(recorded, !is_flat));
     bodies_.emplace(frame, std::move(body));
   }
   rank_cameras();

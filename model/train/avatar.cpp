@@ -32,7 +32,7 @@ Avatar::Avatar(Device& device, const Config& config, BodyModel body, std::vector
 }
 
 Pose Avatar::registered_pose(const Capture& capture, int frame) const {
-  return capture.flat_hand_mean() ? capture.pose(frame) : body_.with_hand_mean(capture.pose(frame));
+  return body_.with_hands(capture.pose(frame), capture.flat_hand_mean());
 }
 
 DrivingSignal Avatar::signal(const Pose& registered, std::vector<float> face_code) const {

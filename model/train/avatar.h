@@ -35,8 +35,7 @@ class Avatar {
   const GaussianBase& base() const { return base_; }
   int64_t gaussian_count() const { return base_.texels.size(); }
 
-  /// The capture's pose of a frame. The mean hand is added where its finger angles are relative to that: Error when the
-  /// body model has none.
+  /// The capture's pose of a frame with its finger angles whole; errors of BodyModel::with_hands.
   Pose registered_pose(const Capture& capture, int frame) const;
   /// What of a registered pose moves the body: driven_pose by face.signal.
   Pose driven_pose(const Pose& registered) const { return degas::driven_pose(registered, config_.face.signal); }

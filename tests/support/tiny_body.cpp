@@ -58,7 +58,9 @@ std::map<std::string, NpyArray> tiny_body_arrays() {
           {"vt", NpyArray::from({vertices, 2}, texture)},
           {"ft", NpyArray::from({8, 3}, faces)},
           {"hands_meanl", NpyArray::from({45}, random_floats(45, 6, 0.5))},
-          {"hands_meanr", NpyArray::from({45}, random_floats(45, 7, 0.5))}};
+          {"hands_meanr", NpyArray::from({45}, random_floats(45, 7, 0.5))},
+          {"hands_componentsl", NpyArray::from({45, 45}, random_floats(45 * 45, 8, 0.3))},
+          {"hands_componentsr", NpyArray::from({45, 45}, random_floats(45 * 45, 9, 0.3))}};
 }
 
 void write_tiny_body(const std::filesystem::path& path) {

@@ -7,6 +7,7 @@
 
 #include "host/error.h"
 #include "host/io/file_bytes.h"
+#include "tests/support/npy_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_devices.h"
 
@@ -15,21 +16,6 @@ using namespace degas::test;
 using Catch::Contains;
 using namespace std::string_literals;
 namespace fs = std::filesystem;
-
-namespace {
-
-std::vector<std::byte> npy_file(const std::string& dictionary, const std::string& payload, int version = 1) {
-  std::string file = "\x93NUMPY";
-  file += static_cast<char>(version);
-  file += '\0';
-  for (int i = 0; i < (version == 1 ? 2 : 4); ++i) file += static_cast<char>(dictionary.size() >> (8 * i));
-  file += dictionary + payload;
-  std::vector<std::byte> bytes(file.size());
-  std::memcpy(bytes.data(), file.data(), file.size());
-  return bytes;
-}
-
-}  // namespace
 
 TEST_CASE("an npz file comes back as it was written") {
   const TemporaryFolder folder;

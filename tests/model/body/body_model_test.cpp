@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "host/error.h"
 #include "tests/support/temporary_folder.h"
@@ -164,92 +163,55 @@ TEST_CASE("posed vertices and joints equal the dense double-precision loops") {
   CHECK(largest_distance(local, world) < 1e-7);
 }
 
-TEST_CASE("both layouts of the pose blend shapes and of the root's parent are read") {
-  const TemporaryFolder folder;
-  auto arrays = tiny_body_arrays();
-  write_npz(folder / "a.npz", arrays);
-  const std::vector<float> by_vertex = arrays.at("posedirs").floats();
-  std::vector<float> by_feature(by_vertex.size());
-  for (int p = 0; p < 486; ++p) {
-    for (int i = 0; i < 27; ++i) by_feature[p * 27 + i] = by_vertex[i * 486 + p];
-  }
-  arrays["posedirs"] = NpyArray::from({486, 27}, by_feature);
-  std::vector<int64_t> tree = arrays.at("kintree_table").integers();
-  tree[0] = -1;
-  arrays["kintree_table"] = NpyArray::from({2, 55}, tree);
-  write_npz(folder / "b.npz", arrays);
-  const Pose pose = random_pose(55, 3, 11);
-  const std::vector<Vector3d> a = BodyModel::load(folder / "a.npz").posed_vertices(pose, {1}, true);
-  CHECK(largest_distance(a, BodyModel::load(folder / "b.npz").posed_vertices(pose, {1}, true)) == 0);
-}
-
-TEST_CASE("the mean hand is added to the finger joints alone") {
+TEST_CASE("fingers are the first components times their coefficients, plus the mean hand unless that is flat") {
   const TemporaryFolder folder;
   write_tiny_body(folder / "body.npz");
-  const Pose pose = random_pose(55, 0, 12);
-  const Pose meant = BodyModel::load(folder / "body.npz").with_hand_mean(pose);
+  const BodyModel body = BodyModel::load(folder / "body.npz");
   const NpzFile file(folder / "body.npz");
-  const std::vector<double> left = file.read("hands_meanl").doubles(), right = file.read("hands_meanr").doubles();
-  for (int j = 0; j < 55; ++j) {
-    Vector3d mean = Vector3d::Zero();
-    if (j >= 40) {
-      mean = Eigen::Map<const Vector3d>(right.data() + 3 * (j - 40));
-    } else if (j >= 25) {
-      mean = Eigen::Map<const Vector3d>(left.data() + 3 * (j - 25));
+  const size_t count = GENERATE(size_t{0}, size_t{1}, size_t{6}, size_t{12}, size_t{45});
+  const bool flat_hand_mean = GENERATE(true, false);
+  CAPTURE(count, flat_hand_mean);
+  Pose given = random_pose(55, 3, 12);
+  Pose expected = given;
+  const char* sides[] = {"l", "r"};
+  for (int hand = 0; hand < 2; ++hand) {
+    given.hand_coefficients[hand] = random_values(static_cast<int64_t>(count), 30 + hand, -2, 2);
+    const std::vector<double> mean = file.read(std::string("hands_mean") + sides[hand]).doubles();
+    const std::vector<double> components = file.read(std::string("hands_components") + sides[hand]).doubles();
+    for (int angle = 0; angle < 45; ++angle) {
+      double sum = flat_hand_mean ? 0 : mean[angle];
+      for (size_t i = 0; i < count; ++i) sum += given.hand_coefficients[hand][i] * components[45 * i + angle];
+      expected.axis_angles[25 + 15 * hand + angle / 3][angle % 3] += sum;
     }
-    CHECK((meant.axis_angles[j] - pose.axis_angles[j] - mean).norm() < 1e-12);
   }
-  auto arrays = tiny_body_arrays();
-  arrays.erase("hands_meanl");
-  arrays.erase("hands_meanr");
-  write_npz(folder / "handless.npz", arrays);
-  CHECK_THROWS_WITH(BodyModel::load(folder / "handless.npz").with_hand_mean(pose),
-                    Contains("handless.npz: no 'hands_meanl'"));
+  const Pose whole = body.with_hands(given, flat_hand_mean);
+  CHECK(largest_distance(whole.axis_angles, expected.axis_angles) < 1e-12);
+  for (int j = 0; j < 25; ++j) CHECK(whole.axis_angles[j] == given.axis_angles[j]);
+  CHECK((whole.hand_coefficients[0].empty() && whole.hand_coefficients[1].empty()));
+  CHECK(whole.translation == given.translation);
+  CHECK(whole.expression == given.expression);
+  CHECK(largest_distance(body.posed_vertices(whole, {}, true), PlainBody(file).posed(10, expected, {})) < 1e-7);
 }
 
-TEST_CASE("faults of a body model name file and key") {
+TEST_CASE("hands that a body model lacks are asked for by its keys") {
   const TemporaryFolder folder;
-  const auto load_with = [&](const std::string& key, std::optional<NpyArray> array) {
-    auto arrays = tiny_body_arrays();
-    arrays.erase(key);
-    if (array) arrays[key] = *array;
-    write_npz(folder / "bad.npz", arrays);
-    BodyModel::load(folder / "bad.npz");
-  };
-  for (const std::string key :
-       {"v_template", "shapedirs", "posedirs", "J_regressor", "kintree_table", "weights", "f", "vt", "ft"}) {
-    CAPTURE(key);
-    CHECK_THROWS_WITH(load_with(key, {}), Contains("bad.npz: no array '" + key + "'"));
-    CHECK_THROWS_WITH(load_with(key, NpyArray::from({2, 2, 2, 1}, std::vector<float>(8))),
-                      Contains("bad.npz: '" + key + "' has shape (2, 2, 2, 1), expected"));
-  }
-  CHECK_THROWS_WITH(load_with("hands_meanr", {}), Contains("bad.npz: no array 'hands_meanr'"));
-  for (const std::string key : {"v_template", "shapedirs", "posedirs", "J_regressor", "weights", "vt", "hands_meanl"}) {
-    CAPTURE(key);
-    const NpyArray array = tiny_body_arrays().at(key);
-    std::vector<double> values = array.doubles();
-    values[5] = std::numeric_limits<double>::quiet_NaN();
-    CHECK_THROWS_WITH(load_with(key, NpyArray::from(array.shape, values)),
-                      Contains("bad.npz: '" + key + "' has nan at element 5"));
-  }
-  const auto changed = [&](const std::string& key, int index, int64_t value) {
-    const NpyArray array = tiny_body_arrays().at(key);
-    std::vector<int64_t> values = array.integers();
-    values[index] = value;
-    return NpyArray::from(array.shape, values);
-  };
-  CHECK_THROWS_WITH(load_with("kintree_table", changed("kintree_table", 0, 0)),
-                    Contains("bad.npz: 'kintree_table' gives joint 0 the parent 0"));
-  CHECK_THROWS_WITH(load_with("kintree_table", changed("kintree_table", 7, 7)),
-                    Contains("'kintree_table' gives joint 7 the parent 7"));
-  CHECK_THROWS_WITH(load_with("kintree_table", changed("kintree_table", 7, -1)), Contains("gives joint 7 the parent"));
-  CHECK_THROWS_WITH(load_with("f", changed("f", 4, 9)), Contains("bad.npz: 'f' has index 9 in triangle 1"));
-  CHECK_THROWS_WITH(load_with("ft", changed("ft", 4, -1)), Contains("bad.npz: 'ft' has index -1 in triangle 1"));
-  CHECK_THROWS_WITH(load_with("weights", NpyArray::from({9, 55}, std::vector<double>(9 * 55, 0.1))),
-                    Contains("bad.npz: 'weights' of vertex 0 sum to 5.5"));
-  CHECK_THROWS_WITH(load_with("vt", NpyArray::from({9, 2}, std::vector<double>(18, 1.5))),
-                    Contains("bad.npz: 'vt' has (1.5, 1.5) at 0"));
-  CHECK_THROWS_WITH(BodyModel::load(folder / "missing.npz"), Contains("missing.npz: no such file"));
+  auto arrays = tiny_body_arrays();
+  for (const char* key : {"hands_meanl", "hands_meanr", "hands_componentsl", "hands_componentsr"}) arrays.erase(key);
+  write_npz(folder / "handless.npz", arrays);
+  const BodyModel handless = BodyModel::load(folder / "handless.npz");
+  Pose pose = random_pose(55, 0, 12);
+  CHECK(handless.with_hands(pose, true).axis_angles == pose.axis_angles);
+  CHECK_THROWS_WITH(handless.with_hands(pose, false), Contains("handless.npz: no 'hands_meanl'"));
+  pose.hand_coefficients = {{{1, 2, 3, 4, 5, 6}, {1, 2, 3, 4, 5, 6}}};
+  CHECK_THROWS_WITH(handless.with_hands(pose, true),
+                    Contains("handless.npz: 'hands_componentsl' is missing, but the capture's fingers are 6 "
+                             "coefficients") &&
+                        Contains("take the body model that it was fitted with"));
+  arrays["hands_componentsl"] = tiny_body_arrays()["hands_componentsl"];
+  arrays["hands_componentsr"] = NpyArray::from({5, 45}, std::vector<float>(5 * 45));
+  write_npz(folder / "five.npz", arrays);
+  CHECK_THROWS_WITH(BodyModel::load(folder / "five.npz").with_hands(pose, true),
+                    Contains("five.npz: 'hands_componentsr' has 5 rows, but"));
 }
 
 TEST_CASE("parameters that do not fit the body are refused") {

@@ -4,6 +4,7 @@
 
 #include "host/error.h"
 #include "host/io/file_bytes.h"
+#include "model/body/body_model.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
@@ -64,6 +65,7 @@ void check_equal(const Capture& packed, const Capture& source) {
     REQUIRE(a.axis_angles == b.axis_angles);
     REQUIRE(a.translation == b.translation);
     REQUIRE(a.expression == b.expression);
+    REQUIRE(a.hand_coefficients == b.hand_coefficients);
     REQUIRE(packed.frame_number(frame) == source.frame_number(frame));
     for (int camera = 0; camera < static_cast<int>(source.camera_names().size()); ++camera) {
       CAPTURE(frame, camera);
@@ -145,6 +147,41 @@ TEST_CASE("training from a pack gives the bits of training from the capture") {
   train_run(folder / "from_pack", config, *open_capture(scene_pack()));
   CHECK(read_file_bytes(folder / "from_capture/checkpoint.bin") ==
         read_file_bytes(folder / "from_pack/checkpoint.bin"));
+}
+
+TEST_CASE("fingers by principal components train like their angles, from the capture and from a pack") {
+  // The components of the scene's body are the angles one by one.
+  const TemporaryFolder folder;
+  const auto straighten = [](int, Pose& pose) {
+    for (size_t joint = LeftHandJoint; joint < 55; ++joint) pose.axis_angles[joint].setZero();
+  };
+  ChangedCapture straight, by_components, by_angles;
+  straight.change_pose = straighten;
+  by_components.change_pose = [&](int frame, Pose& pose) {
+    straighten(frame, pose);
+    pose.hand_coefficients = {random_values(6, 1 + frame), random_values(6, 20 + frame)};
+  };
+  by_angles.change_pose = [&](int frame, Pose& pose) {
+    straighten(frame, pose);
+    for (int i = 0; i < 6; ++i) {
+      pose.axis_angles[LeftHandJoint + i / 3][i % 3] = random_values(6, 1 + frame)[i];
+      pose.axis_angles[RightHandJoint + i / 3][i % 3] = random_values(6, 20 + frame)[i];
+    }
+  };
+  write_pack(folder / "a.pack", by_components, {});
+  const auto pack = open_capture(folder / "a.pack");
+  check_equal(*pack, by_components);
+
+  Config config = tiny_config();
+  config.train.iterations = 2;
+  const auto trained = [&](const char* name, const Capture& capture) {
+    train_run(folder / name, config, capture);
+    return read_file_bytes(folder / name / "checkpoint.bin");
+  };
+  const std::vector<std::byte> expected = trained("angles", by_angles);
+  CHECK(trained("components", by_components) == expected);
+  CHECK(trained("pack", *pack) == expected);
+  CHECK(trained("straight", straight) != expected);
 }
 
 TEST_CASE("damaged packs are refused in one line") {

@@ -160,6 +160,21 @@ TEST_CASE("planted mistakes are named, and undoing them restores the fit") {
   CHECK_THAT(diagnosis.sentences[0], Contains(std::string(plant.name) + ": ") && Contains("as read"));
 }
 
+TEST_CASE("fingers by principal components are looked at as they are meant") {
+  const Diagnosis by_angles = diagnosis_of(*open_it());
+  ChangedCapture by_components(open_it());
+  by_components.change_pose = [](int, Pose& pose) {  // the components of the scene's body are the angles one by one
+    for (int i = 0; i < 90; ++i) {
+      double& angle = pose.axis_angles[LeftHandJoint + i / 3][i % 3];
+      pose.hand_coefficients[i / 45].push_back(angle);
+      angle = 0;
+    }
+  };
+  CHECK(diagnosis_of(by_components).mask_iou == by_angles.mask_iou);
+  by_components.change_pose = [](int, Pose& pose) { pose.hand_coefficients[0].assign(46, 1); };
+  CHECK_THROWS_WITH(diagnosis_of(by_components), Contains("body.npz: 'hands_componentsl' has 45 rows"));
+}
+
 TEST_CASE("pictures that are a frame late or early are named") {
   const int offset = GENERATE(-1, 1);
   ChangedCapture planted(open_it());

@@ -47,7 +47,7 @@ TEST_CASE("hands whose angles are meant the other way are told by their masks") 
     const auto surface = [&](const Pose& posed) {
       return BodySurface(body.posed_vertices(posed, capture->betas(), true), body.faces());
     };
-    const BodySurface flat_hands = surface(pose), curled_hands = surface(body.with_hand_mean(pose));
+    const BodySurface flat_hands = surface(pose), curled_hands = surface(body.with_hands(pose, false));
     for (int camera = 0; camera < 4; ++camera) {
       const Sample sample = capture->load(frame, camera);
       flat += compare_hands(body, flat_hands, curled_hands, sample.view, sample.mask);

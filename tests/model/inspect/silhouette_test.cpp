@@ -118,8 +118,7 @@ TEST_CASE("a posed body covers the person in the pictures of a full-size capture
   double sum = 0;
   int count = 0;
   for (const int frame : {3, 41, 70}) {
-    Pose pose = capture.pose(frame);
-    if (!capture.flat_hand_mean()) pose = body.with_hand_mean(pose);
+    const Pose pose = body.with_hands(capture.pose(frame), capture.flat_hand_mean());
     const std::vector<Vector3d> vertices = body.posed_vertices(pose, capture.betas(), true);
     for (const int camera : {0, 4, 9}) {
       if (!capture.has_image(frame, camera)) continue;
