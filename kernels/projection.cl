@@ -149,23 +149,30 @@ inline Gradients gradients_of(global const View* view, global const REAL* positi
   g.opacity = m / gather(opacities, first, 1, 0, count);
 
   // ln(alpha) = -1/2 d^T C d with C the inverse covariance: its gradient is C (w d d^T) C / 2, and C w d to the
-  // centre. C d is linear in s and t.
-  const REALV s_to_x = sqrt(2 / LOG2_E * f.blurred_yy / f.determinant), s_to_y = -s_to_x * (f.xy / f.blurred_yy),
-              t_to_y = sqrt(2 / LOG2_E / f.blurred_yy);
-  REALV gxx = s_to_x * s_to_x * mss / 2, gxy = s_to_x * (s_to_y * mss + t_to_y * mst) / 2,
-        gyy = (s_to_y * (s_to_y * mss + 2 * t_to_y * mst) + t_to_y * t_to_y * mtt) / 2;
+  // centre. C = W^T W with W d linear in s and t. What the covariance passes on to an axis `a` of the ellipsoid is
+  // W^T M (W a), M the sums over s and t, and to its log-scale (W a)^T M (W a): W a is never longer than 1, where a and
+  // the elements of C would nearly cancel for needles.
+  const REALV s_to_x = sqrt(2 / LOG2_E * f.blurred_yy / f.determinant), slope = f.xy / f.blurred_yy;
+  const REALV s_to_y = -s_to_x * slope, t_to_y = sqrt(2 / LOG2_E / f.blurred_yy);
 #if ANTIALIAS
   const REALV ratio = f.compensation_squared;
-  const REALV factor = ratio > COMPENSATION_MIN * COMPENSATION_MIN ? m / (2 * ratio * f.determinant) : (REALV)0;
-  gxx += factor * (f.yy - ratio * f.blurred_yy);
-  gyy += factor * (f.xx - ratio * f.blurred_xx);
-  gxy -= factor * f.xy * (1 - ratio);
+  const REALV factor = ratio > COMPENSATION_MIN * COMPENSATION_MIN ? m / (ratio * f.determinant) : (REALV)0;
+  const REALV by_xx = factor * (f.yy - ratio * f.blurred_yy), by_yy = factor * (f.xx - ratio * f.blurred_xx);
+  const REALV by_xy = -factor * f.xy * (1 - ratio);
 #endif
   REALV d_p[6], d_r[9];
   for (int c = 0; c < 6; ++c) d_p[c] = 0;
   for (int c = 0; c < 3; ++c) {
-    const REALV d_a0 = 2 * (gxx * f.a[c] + gxy * f.a[3 + c]), d_a1 = 2 * (gxy * f.a[c] + gyy * f.a[3 + c]);
-    g.log_scale[c] = d_a0 * f.a[c] + d_a1 * f.a[3 + c];
+    const REALV s = s_to_x * (f.a[c] - slope * f.a[3 + c]), t = t_to_y * f.a[3 + c];
+    const REALV d_s = mss * s + mst * t, d_t = mst * s + mtt * t;
+    REALV d_a0 = s_to_x * d_s, d_a1 = s_to_y * d_s + t_to_y * d_t;
+    g.log_scale[c] = s * d_s + t * d_t;
+#if ANTIALIAS
+    const REALV more_a0 = by_xx * f.a[c] + by_xy * f.a[3 + c], more_a1 = by_xy * f.a[c] + by_yy * f.a[3 + c];
+    d_a0 += more_a0;
+    d_a1 += more_a1;
+    g.log_scale[c] += more_a0 * f.a[c] + more_a1 * f.a[3 + c];
+#endif
     const REALV d_b0 = d_a0 * (f.scale[c] * inverse_unit), d_b1 = d_a1 * (f.scale[c] * inverse_unit);
     for (int row = 0; row < 3; ++row) {
       d_p[row] += d_b0 * f.r[3 * row + c];
