@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include "host/error.h"
+#include "host/io/input_limits.h"
 #include "model/config_fields.h"
 
 namespace degas {
@@ -216,7 +217,7 @@ Json to_json(const Config& config) {
 
 Json parse(const std::string& text, const std::string& name) {
   try {
-    return Json::parse(text);
+    return Json::parse(text, json_limits<Json>(name));
   } catch (const Json::parse_error& fault) {
     const auto line =
         1 + std::count(text.begin(), text.begin() + static_cast<long>(std::min(fault.byte, text.size())), '\n');

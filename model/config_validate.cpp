@@ -28,7 +28,7 @@ class Checker {
   }
   void fraction(const char* key, double value) const { require(value >= 0 && value < 1, key, value, "in [0, 1)"); }
   void channels(const char* key, const std::vector<int>& list, size_t count) const {
-    require(list.size() == count || (count == 0 && !list.empty()), key, list.size(),
+    require(count ? list.size() == count : !list.empty(), key, list.size(),
             count ? fmt::format("a list of {} channel counts", count).c_str() : "a list of channel counts");
     for (const int value : list) positive(key, value);
   }

@@ -12,6 +12,7 @@
 #include "host/error.h"
 #include "host/io/checksum.h"
 #include "host/io/file_bytes.h"
+#include "host/io/input_limits.h"
 
 namespace degas {
 namespace {
@@ -165,9 +166,10 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   Checkpoint checkpoint;
   checkpoint.file = path;
   try {
-    const nlohmann::json root = nlohmann::json::parse(text);
+    const nlohmann::json root = nlohmann::json::parse(text, json_limits<nlohmann::json>(path.string()));
     checkpoint.header = root.at("header");
     for (const auto& entry : root.at("arrays")) {
+      if (!entry.at(1).is_number_unsigned()) throw Error::format("{}: an array's length is no count", path.string());
       const uint64_t count = entry.at(1).get<uint64_t>();
       reader.require(count);  // before the product below could overflow
       reader.require(count * sizeof(float));

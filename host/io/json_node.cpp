@@ -7,6 +7,7 @@
 
 #include "host/error.h"
 #include "host/io/file_bytes.h"
+#include "host/io/input_limits.h"
 
 namespace degas {
 
@@ -16,9 +17,9 @@ json read_json(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_file_bytes(path);
   const auto* text = reinterpret_cast<const char*>(bytes.data());
   try {
-    return json::parse(text, text + bytes.size());
+    return json::parse(text, text + bytes.size(), json_limits<json>(path.string()));
   } catch (const json::exception& failure) {
-    throw Error::format("{}: is no JSON: {}", path.string(), failure.what());
+    throw Error::format("{}: is no JSON: {:.300}", path.string(), failure.what());
   }
 }
 

@@ -220,10 +220,13 @@ NpyArray parse_npy(std::span<const std::byte> file, const std::string& label) {
   const NpyHeader header = parse_npy_header({characters + begin, header_bytes}, label);
 
   const std::span<const std::byte> payload = file.subspan(begin + header_bytes);
-  // Sizes are multiplied in long double first: a hostile shape must not wrap around.
-  long double bytes = static_cast<long double>(header.item_bytes);
-  for (const int64_t size : header.shape) bytes *= static_cast<long double>(size);
-  if (bytes != static_cast<long double>(payload.size())) {
+  // Sizes are multiplied in long double first: a hostile shape must not wrap around, not even beside a size of 0.
+  long double bytes = static_cast<long double>(header.item_bytes), without_zeros = bytes;
+  for (const int64_t size : header.shape) {
+    bytes *= static_cast<long double>(size);
+    without_zeros *= static_cast<long double>(std::max<int64_t>(size, 1));
+  }
+  if (bytes != static_cast<long double>(payload.size()) || without_zeros > 0x1p62L) {
     throw Error::format("{}: shape {} needs {:.0f} bytes but {} follow; the file is damaged", label,
                         to_string(header.shape), static_cast<double>(bytes), payload.size());
   }

@@ -89,7 +89,7 @@ void parse_type(const std::string& type, NpyHeader& header, const Literal& liter
   const bool fits =
       (header.kind == 'f' && (count == 2 || count == 4 || count == 8)) ||
       ((header.kind == 'i' || header.kind == 'u') && (count == 1 || count == 2 || count == 4 || count == 8)) ||
-      (header.kind == 'b' && count == 1) || (is_text && count <= std::numeric_limits<int32_t>::max() / 4);
+      (header.kind == 'b' && count == 1) || (is_text && count >= 1 && count <= std::numeric_limits<int32_t>::max() / 4);
   if (!fits || (header.byte_order != '<' && header.byte_order != '>' && header.byte_order != '|')) throw unknown();
   header.unit_bytes = header.kind == 'U' ? 4 : header.kind == 'S' ? 1 : count;
   header.item_bytes = is_text ? count * header.unit_bytes : count;

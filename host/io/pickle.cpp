@@ -15,8 +15,9 @@ class Machine {
  public:
   Machine(std::span<const std::byte> bytes, const std::string& label) : bytes_(bytes), label_(label) {}
 
-  Pickle run() {
-    while (true) {
+  Pickle run(size_t most_opcodes) {
+    for (size_t opcodes = 0;; ++opcodes) {
+      if (opcodes == most_opcodes) fail(fmt::format("it has more than {} opcodes", most_opcodes));
       const auto code = static_cast<uint8_t>(integer(1));
       if (code == '.') break;
       if (!plain_value(code) && !container(code) && !memo(code) && !call(code)) {
@@ -135,7 +136,7 @@ class Machine {
 
   void set_items(PickleValue* dictionary, const std::vector<PickleValue*>& items) {
     if (items.size() % 2) fail("a dictionary with a key but no value");
-    for (size_t i = 0; i < items.size(); i += 2) dictionary->entries.emplace_back(items[i], items[i + 1]);
+    dictionary->items.insert(dictionary->items.end(), items.begin(), items.end());
   }
 
   bool container(uint8_t code) {
@@ -298,8 +299,8 @@ class Machine {
 
 }  // namespace
 
-Pickle read_pickle(std::span<const std::byte> bytes, const std::string& label) {
-  return Machine(bytes, label).run();
+Pickle read_pickle(std::span<const std::byte> bytes, const std::string& label, size_t most_opcodes) {
+  return Machine(bytes, label).run(most_opcodes);
 }
 
 }  // namespace degas

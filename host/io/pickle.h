@@ -5,7 +5,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace degas {
@@ -28,10 +27,10 @@ struct PickleValue {
     Mark
   };
   Kind kind = Kind::None;
-  int64_t integer = 0;              ///< Integer, Boolean; Tensor: offset into its storage, in elements
-  std::string text;                 ///< Text; Global: "module name"
-  std::vector<PickleValue*> items;  ///< Tuple, List; Storage: its description; Tensor: storage, sizes, strides
-  std::vector<std::pair<PickleValue*, PickleValue*>> entries;  ///< Dictionary
+  int64_t integer = 0;  ///< Integer, Boolean; Tensor: offset into its storage, in elements
+  std::string text;     ///< Text; Global: "module name"
+  /// Tuple, List; Dictionary: keys and values by turns; Storage: its description; Tensor: storage, sizes, strides
+  std::vector<PickleValue*> items;
 };
 
 /// A pickle's values and which of them is the result. Values may be shared, even within themselves.
@@ -42,7 +41,8 @@ struct Pickle {
 
 /// Interprets protocols 2 to 5 as far as torch.save uses them for plain data and tensors. No code is run: the only
 /// callables are torch._utils._rebuild_tensor_v2 and collections.OrderedDict, and storages are named, not made. Error
-/// beginning with `label` for every other global or opcode and for damaged data.
-Pickle read_pickle(std::span<const std::byte> bytes, const std::string& label);
+/// beginning with `label` for every other global or opcode, for damaged data, and for more than `most_opcodes`: a byte
+/// may ask for a value of a hundred.
+Pickle read_pickle(std::span<const std::byte> bytes, const std::string& label, size_t most_opcodes);
 
 }  // namespace degas

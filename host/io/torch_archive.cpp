@@ -24,6 +24,8 @@ constexpr std::array<std::pair<const char*, const char*>, 9> storage_types = {{{
                                                                                {"ByteStorage", "|u1"},
                                                                                {"BoolStorage", "|b1"}}};
 
+constexpr size_t longest_name = 1024;  ///< of a tensor, the dictionaries that it is in included
+
 /// Collects the tensors of a pickled value.
 class TensorCollector {
  public:
@@ -32,13 +34,16 @@ class TensorCollector {
   void collect(const PickleValue& value, const std::string& name, int depth) {
     // Values may contain themselves or each other many times over.
     if (depth > 16 || ++visited_ > 1'000'000) fail(name, "is nested too deeply");
+    if (name.size() > longest_name) fail(name.substr(0, 40), "and so on is too long for a name");
     if (value.kind == Kind::Tensor) {
       if (!tensors_.emplace(name, tensor(value, name)).second) fail(name, "is there twice");
     } else if (value.kind == Kind::Dictionary) {
-      for (const auto& [key, item] : value.entries) {
-        if (key->kind != Kind::Text && key->kind != Kind::Integer) continue;
-        const std::string part = key->kind == Kind::Text ? key->text : std::to_string(key->integer);
-        collect(*item, name.empty() ? part : name + "." + part, depth + 1);
+      for (size_t i = 0; i < value.items.size(); i += 2) {
+        const PickleValue& key = *value.items[i];
+        if (key.kind != Kind::Text && key.kind != Kind::Integer) continue;
+        if (key.text.size() > longest_name) fail(key.text.substr(0, 40), "and so on is too long for a name");
+        const std::string part = key.kind == Kind::Text ? key.text : std::to_string(key.integer);
+        collect(*value.items[i + 1], name.empty() ? part : name + "." + part, depth + 1);
       }
     }
   }
@@ -89,6 +94,9 @@ class TensorCollector {
       for (const int64_t size : array.shape)
         if (size > count + 1) fail(name, "does not fit its storage");
     } else {
+      // Tensors may share a storage; as often as that is no sharing.
+      gathered_bytes_ += static_cast<size_t>(elements) * item;
+      if (gathered_bytes_ / 4 > stored_bytes_) fail(name, "and others claim their storages many times over");
       array.data = gather(bytes, item, array.shape, strides, value.integer, elements);
     }
     return array;
@@ -96,7 +104,10 @@ class TensorCollector {
 
   const std::vector<std::byte>& storage_bytes(const std::string& key) {
     auto found = storages_.find(key);
-    if (found == storages_.end()) found = storages_.emplace(key, archive_.read(prefix_ + "data/" + key)).first;
+    if (found == storages_.end()) {
+      found = storages_.emplace(key, archive_.read(prefix_ + "data/" + key)).first;
+      stored_bytes_ += found->second.size();
+    }
     return found->second;
   }
 
@@ -120,6 +131,7 @@ class TensorCollector {
   std::string prefix_;
   std::map<std::string, std::vector<std::byte>> storages_;
   TorchTensors tensors_;
+  size_t stored_bytes_ = 0, gathered_bytes_ = 0;  // of storages that were read, of tensors made of them
   int visited_ = 0;
 };
 
@@ -139,7 +151,9 @@ TorchTensors read(const ZipReader& archive) {
       throw Error::format("{}: was saved on a big-endian machine, which is not read", archive.label());
     }
   }
-  const Pickle pickle = read_pickle(archive.read(prefix + "data.pkl"), archive.label());
+  // A tensor takes about 40 opcodes and, with its storage's place in the archive, no less than 300 bytes.
+  const size_t most_opcodes = (size_t{1} << 17) + archive.bytes() / 32;
+  const Pickle pickle = read_pickle(archive.read(prefix + "data.pkl"), archive.label(), most_opcodes);
   TensorCollector collector(archive, prefix);
   collector.collect(*pickle.result, "", 0);
   TorchTensors tensors = collector.take();

@@ -1,5 +1,6 @@
 #include "host/io/video.h"
 
+#include <limits>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/videoio.hpp>
 
@@ -36,9 +37,14 @@ VideoReader::VideoReader(const fs::path& path) : path_(path), stream_(new Stream
   }
   width_ = static_cast<int>(capture.get(cv::CAP_PROP_FRAME_WIDTH));
   height_ = static_cast<int>(capture.get(cv::CAP_PROP_FRAME_HEIGHT));
-  frame_count_ = static_cast<int>(capture.get(cv::CAP_PROP_FRAME_COUNT));
+  const double frames = capture.get(cv::CAP_PROP_FRAME_COUNT);
+  frame_count_ = frames >= 1 && frames <= std::numeric_limits<int>::max() ? static_cast<int>(frames) : 0;
   frames_per_second_ = capture.get(cv::CAP_PROP_FPS);
   if (width_ <= 0 || height_ <= 0 || frame_count_ <= 0) throw Error::format("{}: holds no video frames", path.string());
+  const uintmax_t bytes = fs::file_size(path, failure);
+  if (failure || static_cast<uintmax_t>(frame_count_) > bytes) {
+    throw Error::format("{}: claims {} frames in {} bytes; the file is damaged", path.string(), frame_count_, bytes);
+  }
 }
 
 VideoReader::~VideoReader() = default;

@@ -2,13 +2,25 @@
 
 #include <zip.h>
 
+#include <algorithm>
+#include <string_view>
+
 #include "host/error.h"
+#include "host/io/input_limits.h"
 
 namespace degas {
 namespace {
 
-/// Deflate expands by at most 1032 : 1; an entry that claims more is damaged or hostile.
-constexpr zip_uint64_t largest_expansion = 1032;
+/// Would a program that unpacks the archive write beside the folder it was told?
+bool leads_out(std::string_view name) {
+  if (name.starts_with('/') || name.find('\\') != name.npos) return true;
+  for (size_t begin = 0; begin <= name.size();) {
+    const size_t end = std::min(name.find('/', begin), name.size());
+    if (name.substr(begin, end - begin) == "..") return true;
+    begin = end + 1;
+  }
+  return false;
+}
 
 std::string text_of(int code) {
   zip_error_t error;
@@ -68,6 +80,7 @@ void ZipReader::list_entries() {
   for (zip_int64_t i = 0; i < count; ++i) {
     const char* name = zip_get_name(archive_->handle, static_cast<zip_uint64_t>(i), 0);
     if (!name) throw Error::format("{}: entry {} of the zip archive has no readable name", label_, i);
+    if (leads_out(name)) throw Error::format("{}: holds '{}', a path out of the archive; it is not read", label_, name);
     if (!index_.emplace(name, static_cast<size_t>(i)).second) {
       throw Error::format("{}: holds '{}' twice", label_, name);
     }
@@ -82,12 +95,17 @@ std::vector<std::byte> ZipReader::read(const std::string& name) const {
   const auto fail = [&](const std::string& reason) { return Error::format("{}: '{}': {}", label_, name, reason); };
 
   zip_stat_t stat;
-  constexpr zip_uint64_t needed = ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE;
+  constexpr zip_uint64_t needed = ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE | ZIP_STAT_COMP_METHOD;
   if (zip_stat_index(archive_->handle, found->second, 0, &stat) != 0 || (stat.valid & needed) != needed) {
     throw fail("its size is not given");
   }
   if (stat.comp_size > archive_bytes_) throw fail("claims more bytes than the archive has; the file is damaged");
-  if (stat.size / largest_expansion > stat.comp_size + 1) throw fail("claims an impossible size; the file is damaged");
+  if (stat.comp_method != ZIP_CM_STORE && stat.comp_method != ZIP_CM_DEFLATE) {
+    throw fail(fmt::format("is compressed by method {}; stored and deflated entries are read", stat.comp_method));
+  }
+  if (!is_plausible_expansion(stat.comp_size, stat.size)) {
+    throw fail(fmt::format("claims {} bytes of {} compressed ones; the file is damaged", stat.size, stat.comp_size));
+  }
 
   const std::unique_ptr<zip_file_t, FileCloser> file(zip_fopen_index(archive_->handle, found->second, 0));
   if (!file) throw fail(zip_error_strerror(zip_get_error(archive_->handle)));

@@ -12,8 +12,9 @@
 namespace degas {
 
 /// Reads a zip archive (stored or deflated entries, zip64). Nothing is believed before it is checked: an entry's size
-/// must be possible for its compressed bytes, those must fit the archive, and the checksum must hold. Errors name the
-/// archive, the entry and the reason. May be read from several threads.
+/// must be plausible for its compressed bytes (input_limits.h), those must fit the archive, the checksum must hold, and
+/// no name may lead out of the archive, though none is ever written. Errors name the archive, the entry and the reason.
+/// May be read from several threads.
 class ZipReader {
  public:
   explicit ZipReader(const std::filesystem::path& path);
@@ -22,6 +23,8 @@ class ZipReader {
   ~ZipReader();
 
   const std::string& label() const { return label_; }
+  /// Of the whole archive.
+  size_t bytes() const { return archive_bytes_; }
   /// In the order of the archive's directory.
   const std::vector<std::string>& names() const { return names_; }
   bool contains(const std::string& name) const { return index_.count(name) > 0; }

@@ -19,17 +19,22 @@ std::string MakeHumanRig::ancestor(const std::string& bone, const std::map<std::
   return "";
 }
 
+constexpr size_t most_head_vertices = 1'000'000;
+
 MakeHumanRig read_makehuman_rig(const std::filesystem::path& path, int vertex_count) {
   const nlohmann::ordered_json file = read_json(path);
   const JsonNode root(file, path.string());
   const JsonNode bones = root["bones"], joints = root["joints"];
   MakeHumanRig rig;
+  size_t named = 0;  // bones may share a list of vertices: as many as there are lists would be no skeleton
   for (const std::string& name : bones.keys()) {
     const JsonNode bone = bones[name];
     MakeHumanRig::Bone& made = rig.bones[name];
     if (bone.has("parent") && !bone["parent"].is_null()) made.parent = bone["parent"].text();
     const JsonNode vertices = joints[bone["head"].text()];
     for (size_t i = 0; i < vertices.size(); ++i) made.head_vertices.push_back(vertices[i].integer(0, vertex_count - 1));
+    named += made.head_vertices.size();
+    if (named > most_head_vertices) bones.fail(fmt::format("name more than {} vertices", most_head_vertices));
     if (made.head_vertices.empty()) vertices.fail("has no vertices; a joint is the mean of some");
   }
   return rig;

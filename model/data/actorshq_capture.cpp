@@ -80,8 +80,11 @@ Camera read_camera(const CalibrationRow& row) {
   camera.fy = camera.height * row.number("fy", 0, 50, remedy);
   camera.cx = camera.width * row.number("px", -50, 50, remedy);
   camera.cy = camera.height * row.number("py", -50, 50, remedy);
-  const Eigen::Vector3d axis_angle(row.number("rx"), row.number("ry"), row.number("rz"));
-  const Eigen::Vector3d center(row.number("tx"), row.number("ty"), row.number("tz"));
+  const char *angle_remedy = "an axis-angle is in radians", *center_remedy = "a camera's centre is in metres";
+  const auto angle = [&](const char* column) { return row.number(column, -1000, 1000, angle_remedy); };
+  const auto place = [&](const char* column) { return row.number(column, -1e6, 1e6, center_remedy); };
+  const Eigen::Vector3d axis_angle(angle("rx"), angle("ry"), angle("rz"));
+  const Eigen::Vector3d center(place("tx"), place("ty"), place("tz"));
   camera.rotation = rotation_from_axis_angle(axis_angle).transpose();
   camera.translation = -camera.rotation * center;
   return camera;
@@ -104,9 +107,8 @@ std::vector<std::pair<std::string, Camera>> read_calibration(const fs::path& pat
     if (fields_of(line).empty()) continue;
     const CalibrationRow row(fmt::format("{}: line {}", path.string(), number), columns, fields_of(line));
     const std::string& name = row.text("name");
-    const bool is_plain = !name.empty() && name.find('/') == std::string::npos && name != "." && name != "..";
     const bool is_known = std::any_of(cameras.begin(), cameras.end(), [&](auto& known) { return known.first == name; });
-    if (!is_plain || is_known) {
+    if (!is_folder_name(name) || is_known) {
       throw Error::format("{}: line {}: name is '{}'; expected the name of a folder of rgbs/, each once", path.string(),
                           number, name);
     }

@@ -91,7 +91,7 @@ PictureLayout find_avatarrex_layout(const fs::path& folder) {
   const nlohmann::ordered_json file = read_json(layout.files.front());
   const JsonNode root(file, layout.files.front().string());
   for (const std::string& name : root.keys()) {
-    if (name.empty() || name.find('/') != std::string::npos || name == "." || name == "..") {
+    if (!is_folder_name(name)) {
       root.fail(fmt::format("'{}' is no name of a camera's folder", name));
     }
     const Lens lens = read_lens(root[name]);

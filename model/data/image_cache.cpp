@@ -60,6 +60,7 @@ class CachedCapture::Store {
     for (int i = 0; i < frames; ++i) {
       if (offset(i + 1) < offset(i)) return false;
     }
+    if (offset(frames) > mapped_->bytes().size()) return false;  // the sum below must not wrap around
     return offset(frames) + static_cast<uint64_t>(header_.warning_bytes) == mapped_->bytes().size();
   }
 

@@ -9,6 +9,11 @@
 namespace degas {
 namespace fs = std::filesystem;
 
+bool is_folder_name(std::string_view name) {
+  const auto is_plain = [](char c) { return c != '/' && static_cast<unsigned char>(c) >= ' '; };
+  return !name.empty() && name != "." && name != ".." && std::all_of(name.begin(), name.end(), is_plain);
+}
+
 NumberedFiles::NumberedFiles(fs::path folder, std::string prefix, int digits)
     : folder_(std::move(folder)), prefix_(std::move(prefix)), digits_(digits) {
   std::map<std::string, std::vector<int64_t>> by_extension;

@@ -3,9 +3,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace degas {
+
+/// May a file name a folder beside it so? Nothing that leads elsewhere.
+bool is_folder_name(std::string_view name);
 
 /// The pictures of a folder whose names are a prefix, a frame number of at least `digits` digits and an extension
 /// (jpg, jpeg or png; that of most of them). Other files are passed over; a folder that is not there has none.

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "host/error.h"
+#include "host/io/input_limits.h"
 #include "host/io/json_node.h"
 #include "host/io/npy.h"
 #include "model/data/pack_header.h"
@@ -16,7 +18,8 @@ namespace {
 constexpr const char* remedy = "make it again with `degas pack`";
 constexpr const char* section_names[pack_section_count] = {"description", "cameras", "poses",     "frame numbers",
                                                            "betas",       "codes",   "code rows", "pictures"};
-constexpr int largest_side = 65535;  ///< of a picture: person_pixels.h counts in 16 bits
+constexpr int largest_side = 65535;      ///< of a picture: person_pixels.h counts in 16 bits
+constexpr double most_pixels = 1 << 28;  ///< of a picture
 
 PackHeader read_header(std::span<const std::byte> file) {
   PackHeader header;
@@ -74,7 +77,8 @@ std::span<const std::byte> PackedCapture::section(PackSection which) const {
 void PackedCapture::read_description(double image_scale) {
   const std::span<const std::byte> bytes = section(PackSection::Description);
   const auto* text = reinterpret_cast<const char*>(bytes.data());
-  const auto json = nlohmann::ordered_json::parse(text, text + bytes.size(), nullptr, false);
+  const auto json = nlohmann::ordered_json::parse(text, text + bytes.size(),
+                                                  json_limits<nlohmann::ordered_json>(path_.string()), false);
   const JsonNode description(json, path_.string());
   if (json.is_discarded()) description.fail("its description is no JSON");
   identity_ = description["identity"].text();
@@ -101,8 +105,11 @@ void PackedCapture::read_cameras() {
       read_array(section(PackSection::Cameras), path_.string(), PackSection::Cameras, {count, pack_camera_numbers})
           .doubles();
   for (const double* c = numbers.data(); c < numbers.data() + numbers.size(); c += pack_camera_numbers) {
-    if (!(c[0] >= 1 && c[0] <= largest_side && c[1] >= 1 && c[1] <= largest_side)) {
+    if (!(c[0] >= 1 && c[0] <= largest_side && c[1] >= 1 && c[1] <= largest_side && c[0] * c[1] <= most_pixels)) {
       throw Error::format("{}: has a camera of {} x {} pixels; {}", path_.string(), c[0], c[1], remedy);
+    }
+    if (!std::all_of(c, c + pack_camera_numbers, [](double number) { return std::isfinite(number); })) {
+      throw Error::format("{}: has a camera that is not finite; {}", path_.string(), remedy);
     }
     Camera camera{static_cast<int>(c[0]), static_cast<int>(c[1]), c[2], c[3], c[4], c[5], {}, {}};
     camera.rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(c + 6);

@@ -40,6 +40,7 @@ std::vector<std::byte> pack_person(const Image8& image, const Image8& mask) {
 }
 
 bool unpack_person(std::span<const std::byte> bytes, int width, int height, Image8& image, Image8& mask) {
+  if (bytes.size() / 2 < static_cast<size_t>(height)) return false;  // before anything of a hostile size is taken
   image = Image8::black(width, height, 3);
   mask = Image8::black(width, height, 1);
   const auto* next = reinterpret_cast<const uint8_t*>(bytes.data());

@@ -5,11 +5,14 @@
 #include <numeric>
 
 #include "host/error.h"
+#include "host/io/input_limits.h"
 #include "host/io/npz.h"
 #include "model/body/body_model.h"
 
 namespace degas {
 namespace {
+
+constexpr int64_t most_rows = 1'000'000;  ///< nine hours of video
 
 /// A (rows, columns) array of finite numbers.
 std::vector<double> finite_rows(const NpzFile& file, const char* key, const Shape& expected) {
@@ -43,7 +46,8 @@ std::vector<int64_t> read_frame_numbers(const NpzFile& file, int64_t rows) {
 /// What the file says the smplx package was called with; an empty object where it does not.
 nlohmann::json read_arguments(const NpzFile& file) {
   if (!file.contains("smplx_kwargs")) return nlohmann::json::object();
-  nlohmann::json arguments = nlohmann::json::parse(file.read("smplx_kwargs").text(), nullptr, false);
+  nlohmann::json arguments =
+      nlohmann::json::parse(file.read("smplx_kwargs").text(), json_limits<nlohmann::json>(file.path().string()), false);
   if (arguments.is_discarded()) throw Error::format("{}: 'smplx_kwargs' is no JSON", file.path().string());
   return arguments.is_object() ? arguments : nlohmann::json::object();
 }
@@ -94,6 +98,9 @@ SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const S
   const NpzFile file(path);
   const int64_t rows = file.read("global_orient", {-1, 3}).shape[0];
   if (rows == 0) throw Error::format("{}: 'global_orient' has no rows", path.string());
+  if (rows > most_rows) {
+    throw Error::format("{}: 'global_orient' has {} rows; at most {} frames are read", path.string(), rows, most_rows);
+  }
 
   const nlohmann::json arguments = read_arguments(file);
   const int64_t coefficients = count_hand_coefficients(file, arguments);

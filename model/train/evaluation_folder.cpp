@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cstdlib>
+#include <cmath>
 
 #include "host/error.h"
 #include "host/io/file_bytes.h"
+#include "host/io/input_limits.h"
 
 namespace degas {
 namespace {
@@ -22,12 +23,13 @@ constexpr int largest_coordinate = 100000;
 /// Throws Error without the file's name.
 std::optional<Rectangle> box_of(const Json& json) {
   if (json.is_null()) return {};
-  const auto numbers = json.get<std::array<int, 4>>();
-  for (const int number : numbers) {
-    if (std::abs(number) > largest_coordinate) throw Error::format("a box has {}", number);
+  const auto numbers = json.get<std::array<double, 4>>();  // integers beyond those of int do not wrap around
+  for (const double number : numbers) {
+    if (!(std::abs(number) <= largest_coordinate)) throw Error::format("a box has {}", number);
   }
   if (numbers[2] < 1 || numbers[3] < 1) throw Error::format("a box has {}x{} pixels", numbers[2], numbers[3]);
-  return Rectangle{numbers[0], numbers[1], numbers[2], numbers[3]};
+  const auto at = [&](size_t i) { return static_cast<int>(numbers[i]); };
+  return Rectangle{at(0), at(1), at(2), at(3)};
 }
 
 }  // namespace
@@ -60,7 +62,7 @@ std::vector<EvaluatedPicture> EvaluationFolder::read_pictures() const {
   std::vector<EvaluatedPicture> pictures;
   try {
     const auto* text = reinterpret_cast<const char*>(bytes.data());
-    for (const Json& line : Json::parse(text, text + bytes.size())) {
+    for (const Json& line : Json::parse(text, text + bytes.size(), json_limits<Json>("boxes"))) {
       const std::optional<Rectangle> person = box_of(line.at("person"));
       if (!person) throw Error("'person' is null");
       pictures.push_back({line.at("camera"), line.at("frame"), line.at("refined"), *person, box_of(line.at("face")),

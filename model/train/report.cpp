@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/error.h"
+#include "host/io/input_limits.h"
 #include "model/train/html.h"
 #include "model/train/svg_chart.h"
 
@@ -23,7 +24,7 @@ std::string read_file(const fs::path& path) {
 
 nlohmann::json parse(const std::string& text, const fs::path& path) {
   try {
-    return nlohmann::json::parse(text);
+    return nlohmann::json::parse(text, json_limits<nlohmann::json>(path.string()));
   } catch (const nlohmann::json::exception& error) {
     throw Error::format("{}: not JSON: {}", path.string(), error.what());
   }

@@ -99,7 +99,8 @@ void RunFolder::truncate_history(int64_t step) const {
   for (std::string line; std::getline(stream, line);) {
     const nlohmann::json row = nlohmann::json::parse(line, nullptr, false);
     // A line cut by a kill does not parse: what follows it cannot be trusted either.
-    if (row.is_discarded() || row.value("step", int64_t{0}) > step) break;
+    if (!row.is_object() || !row.contains("step") || !row["step"].is_number_integer()) break;
+    if (row["step"].get<int64_t>() > step) break;
     kept += line + '\n';
   }
   stream.close();

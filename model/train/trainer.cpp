@@ -293,8 +293,12 @@ void Trainer::resume() {
                         file);
   }
   restore_optimiser(optimiser_, checkpoint);
-  step_ = checkpoint.header.at("step");
-  minutes_spent_ = checkpoint.header.value("minutes_spent", 0.0);
+  try {
+    step_ = checkpoint.header.at("step");
+    minutes_spent_ = checkpoint.header.value("minutes_spent", 0.0);
+  } catch (const nlohmann::json::exception& error) {
+    throw Error::format("{}: its header is broken: {}; use an older copy", file, error.what());
+  }
   run_.remove_leftovers();
   run_.truncate_history(step_);
   run_.write_config(config_);

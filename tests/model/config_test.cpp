@@ -60,6 +60,7 @@ TEST_CASE("faults of a file are one line that names file, key and remedy") {
   CHECK_THROWS_WITH(fault(R"({"loss": {"scale_floor": 10}})"),
                     "f.json: 'loss.scale_floor' is 10; it must be above 0 and below loss.scale_limit");
   CHECK_THROWS_WITH(fault(R"({"net": {"decoder_channels": [64, 32]}})"), Contains("'net.decoder_channels' is 2"));
+  CHECK_THROWS_WITH(fault(R"({"net": {"face_channels": []}})"), Contains("'net.face_channels' is 0"));
   CHECK_THROWS_WITH(fault(R"({"net": {"face_channels": [64, 16]}})"), Contains("net.face_channels"));
   CHECK_THROWS_WITH(fault(R"({"train": {"learning_rate": 0}})"), Contains("above 0"));
   CHECK_THROWS_AS(load_config("no/such/file.json"), Error);

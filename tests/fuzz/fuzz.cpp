@@ -1,0 +1,177 @@
+#include "tests/fuzz/fuzz.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <typeinfo>
+
+#include "host/error.h"
+#include "host/io/file_bytes.h"
+#include "host/io/zip_archive.h"
+#include "tests/fuzz/allocations.h"
+#include "tests/support/catch.h"
+#include "tests/support/temporary_folder.h"
+
+namespace degas::test {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int most_faults = 5;          ///< of a target that are told
+constexpr double longest_seconds = 10;  ///< of a round, sanitizers and a busy machine included
+
+/// The number in an environment variable, where there is one.
+std::optional<int> number_in(const char* variable) {
+  const char* text = std::getenv(variable);
+  return text ? std::optional(std::atoi(text)) : std::nullopt;
+}
+
+size_t size_of(const fs::path& path) {
+  if (fs::is_regular_file(path)) return fs::file_size(path);
+  size_t total = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(path)) {
+    if (entry.is_regular_file()) total += entry.file_size();
+  }
+  return total;
+}
+
+/// Without the flush to the disk that the product's own writers wait for: there are many rounds.
+void write_bytes(const fs::path& path, const Bytes& bytes) {
+  fs::create_directories(path.parent_path());
+  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+void write_input(const FuzzTarget& target, const Parts& parts, const fs::path& path) {
+  if (target.write) return target.write(parts, path);
+  write_bytes(path, parts.begin()->second);
+}
+
+/// A seed with one of its parts damaged, now and then two.
+Parts damaged(const FuzzTarget& target, Mutator& mutator, std::string& log) {
+  const Parts& donor = target.seeds[mutator.draw(target.seeds.size())];
+  Parts parts = target.seeds[mutator.draw(target.seeds.size())];
+  for (size_t times = mutator.draw(8) == 0 ? 2 : 1; times > 0; --times) {
+    auto part = std::next(parts.begin(), static_cast<ptrdiff_t>(mutator.draw(parts.size())));
+    const auto other = std::next(donor.begin(), static_cast<ptrdiff_t>(mutator.draw(donor.size())));
+    const size_t told = mutator.log().size();
+    mutator.damage(part->second, other->second);
+    log += fmt::format("{}{}", part->first.empty() ? "" : part->first + ": ", mutator.log().substr(told));
+  }
+  return parts;
+}
+
+std::string fault_of_exception(const std::exception& failure) {
+  return fmt::format("{} escapes: {}", typeid(failure).name(), failure.what());
+}
+
+}  // namespace
+
+std::string fault_of(const FuzzTarget& target, const fs::path& input, bool* was_refused) {
+  std::string fault;
+  bool refused = false;
+  const size_t bytes = size_of(input), allowed = 4 * bytes + free_bytes;
+  const auto begin = std::chrono::steady_clock::now();
+  {
+    const AllocationLimit limit(allowed);
+    try {
+      target.read(input);
+    } catch (const Error& error) {
+      refused = true;
+      const std::string message = error.what();
+      if (message.find(input.string()) == message.npos) fault = "an Error does not name the input: " + message;
+      if (target.never_refuses) fault = "an Error where damage counts as absence: " + message;
+    } catch (const std::exception& failure) {
+      fault = fault_of_exception(failure);
+    } catch (...) {
+      fault = "something that is no exception escapes";
+    }
+    if (limit.was_exceeded()) {
+      fault = fmt::format("{} bytes were asked for of an input of {}, {} are allowed; {}", limit.peak_bytes(), bytes,
+                          allowed, fault);
+    }
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (seconds > longest_seconds) fault += fmt::format("; took {:.1f} s", seconds);
+  if (was_refused) *was_refused = refused;
+  return fault;
+}
+
+void fuzz(const FuzzTarget& target) {
+  std::optional<TemporaryFolder> own;
+  const auto chosen = number_in("DEGAS_FUZZ_ROUND");
+  const fs::path folder = chosen ? fs::temp_directory_path() / "degas-fuzz" : own.emplace().path();
+  const fs::path input = folder / target.input;
+
+  for (const Parts& seed : target.seeds) {
+    fs::remove_all(input);
+    write_input(target, seed, input);
+    REQUIRE_NOTHROW(target.read(input));
+    REQUIRE(fault_of(target, input) == "");
+  }
+  uint64_t name_seed = 0xcbf29ce484222325u;
+  for (const unsigned char c : target.input) name_seed = (name_seed ^ c) * 0x100000001b3u;
+  const int rounds = target.rounds * number_in("DEGAS_FUZZ_FACTOR").value_or(1);
+  int refused = 0, faults = 0;
+  for (int round = chosen.value_or(0); round < (chosen ? *chosen + 1 : rounds) && faults < most_faults; ++round) {
+    Mutator mutator(Random::of_step(name_seed, 0, static_cast<uint64_t>(round)));
+    std::string log;
+    fs::remove_all(input);
+    write_input(target, damaged(target, mutator, log), input);
+    bool was_refused = false;
+    const std::string fault = fault_of(target, input, &was_refused);
+    refused += was_refused;
+    if (fault.empty()) continue;
+    ++faults;
+    FAIL_CHECK(target.input << ": round " << round << ": " << log << "\n  " << fault
+                            << "\n  again: this test case with DEGAS_FUZZ_ROUND=" << round);
+  }
+  if (chosen) return;
+  std::printf("%s: %d rounds, %d refused, %d faults\n", target.input.c_str(), rounds, refused, faults);
+  if (!target.never_refuses) CHECK(refused > 0);  // or nothing of what was damaged is looked at
+}
+
+Bytes bytes_of(const std::string& text) {
+  const auto bytes = std::as_bytes(std::span<const char>(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+Parts whole(Bytes bytes) {
+  return {{"", std::move(bytes)}};
+}
+
+Parts whole_file(const fs::path& path) {
+  return whole(read_file_bytes(path));
+}
+
+void write_archive(const Parts& parts, const fs::path& path) {
+  std::vector<ZipEntry> entries;
+  for (const auto& [name, bytes] : parts) entries.push_back({name, bytes});
+  write_bytes(path, make_zip(entries, false));
+}
+
+void write_folder(const Parts& parts, const fs::path& path) {
+  for (const auto& [name, bytes] : parts) write_bytes(path / name, bytes);
+}
+
+Parts archive_parts(const fs::path& path) {
+  const ZipReader archive(path);
+  Parts parts;
+  for (const std::string& name : archive.names()) parts[name] = archive.read(name);
+  return parts;
+}
+
+Parts folder_parts(const fs::path& path) {
+  Parts parts;
+  for (const auto& entry : fs::recursive_directory_iterator(path)) {
+    if (entry.is_regular_file()) parts[fs::relative(entry.path(), path).string()] = read_file_bytes(entry.path());
+  }
+  return parts;
+}
+
+}  // namespace degas::test
