@@ -10,14 +10,40 @@
 namespace degas {
 namespace {
 
-void check(cl_int status, const char* what) {
-  if (status == CL_SUCCESS) return;
-  if (status == CL_MEM_OBJECT_ALLOCATION_FAILURE || status == CL_OUT_OF_RESOURCES || status == CL_OUT_OF_HOST_MEMORY) {
-    throw Error::format(
-        "device out of memory in {} (OpenCL status {}); lower net.resolution, net.width or train.views_per_step", what,
-        status);
+void check(cl_int status, const char* what, const std::string& device) {
+  constexpr cl_int broken_by_nvidia = -9999;  // an access outside of memory, by its driver
+  switch (status) {
+    case CL_SUCCESS:
+      return;
+    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
+    case CL_OUT_OF_RESOURCES:
+    case CL_OUT_OF_HOST_MEMORY:
+      throw Error::format(
+          "device out of memory in {} (OpenCL status {}); lower net.resolution, net.width or train.views_per_step",
+          what, status);
+    case CL_DEVICE_NOT_AVAILABLE:
+    case CL_INVALID_DEVICE:
+    case CL_INVALID_CONTEXT:
+    case CL_INVALID_COMMAND_QUEUE:
+    case CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST:
+    case broken_by_nvidia:
+      throw Error::format(
+          "device {}: lost in {} (OpenCL status {}): reset, switched off or stopped by its driver; see the system's "
+          "log, "
+          "then start again: training goes on from its checkpoint with --resume",
+          device, what, status);
+    case CL_INVALID_WORK_GROUP_SIZE:
+      throw Error::format(
+          "device {}: too few registers or too little local memory for a work-group of {}; try --device", device, what);
+    default:
+      throw std::logic_error(fmt::format("[{}] OpenCL status {}", what, status));
   }
-  throw std::logic_error(fmt::format("[{}] OpenCL status {}", what, status));
+}
+
+/// Whether the GPU set's largest work-groups, 16 x 16 pixels with their local memory, run there; less is legal OpenCL.
+bool fits_gpu_set(const DeviceDescription& description) {
+  constexpr size_t largest_group = 256, most_local_bytes = size_t{32} << 10;
+  return description.largest_work_group >= largest_group && description.local_bytes >= most_local_bytes;
 }
 
 }  // namespace
@@ -57,7 +83,8 @@ struct Device::OpenCl {
 Device::Device(const DeviceOptions& options) : options_(options), open_cl_(std::make_unique<OpenCl>()) {
   const FoundDevice found = select_device(options.selector);
   description_ = found.description;
-  kernel_set_ = options.kernel_set.value_or(description_.is_cpu ? KernelSet::Wide : KernelSet::Gpu);
+  kernel_set_ = options.kernel_set.value_or(description_.is_cpu || !fits_gpu_set(description_) ? KernelSet::Wide
+                                                                                               : KernelSet::Gpu);
   const DeviceFamily own = family_of(description_);
   const DeviceFamily fitting = is_wide() ? (description_.is_cpu ? own : DeviceFamily::WideCpu)
                                          : (description_.is_cpu ? DeviceFamily::OtherGpu : own);
@@ -68,10 +95,10 @@ Device::Device(const DeviceOptions& options) : options_(options), open_cl_(std::
   open_cl_->device = found.id;
   cl_int status = CL_SUCCESS;
   open_cl_->context = clCreateContext(nullptr, 1, &found.id, nullptr, nullptr, &status);
-  check(status, "clCreateContext");
+  check(status, "clCreateContext", description_.name);
   open_cl_->queue =
       clCreateCommandQueue(open_cl_->context, found.id, options.profile ? CL_QUEUE_PROFILING_ENABLE : 0, &status);
-  check(status, "clCreateCommandQueue");
+  check(status, "clCreateCommandQueue", description_.name);
   pool_ = std::make_unique<MemoryPool>(open_cl_->context, description_.name, description_.largest_buffer_bytes,
                                        options.memory_limit);
 }
@@ -120,7 +147,7 @@ void Device::set_tuner(std::unique_ptr<Tuner> tuner) {
 template <typename Enqueue>
 void Device::profiled(const char* name, const Enqueue& enqueue) {
   cl_event event = nullptr;
-  check(enqueue(options_.profile ? &event : nullptr), name);
+  check(enqueue(options_.profile ? &event : nullptr), name, description_.name);
   if (event) profiler_.record(stage_, name, event);
 }
 
@@ -144,7 +171,7 @@ void Device::upload(const Memory& target, const void* source, size_t bytes) {
   const auto* begin = static_cast<const unsigned char*>(source);
   auto& [event, staging] = open_cl_->uploads.emplace_back(nullptr, std::vector<unsigned char>(begin, begin + bytes));
   check(clEnqueueWriteBuffer(open_cl_->queue, target.handle(), CL_FALSE, 0, bytes, staging.data(), 0, nullptr, &event),
-        "upload");
+        "upload", description_.name);
   if (options_.profile) {
     clRetainEvent(event);
     profiler_.record(stage_, "memory/upload", event);
@@ -155,7 +182,7 @@ void Device::upload(const Memory& target, const void* source, size_t bytes) {
 void Device::download(const Memory& source, void* target, size_t bytes, size_t offset) {
   if (bytes == 0) return;
   check(clEnqueueReadBuffer(open_cl_->queue, source.handle(), CL_TRUE, offset, bytes, target, 0, nullptr, nullptr),
-        "download");
+        "download", description_.name);
 }
 
 void Device::copy(const Memory& source, const Memory& target, size_t bytes) {
@@ -173,7 +200,7 @@ void Device::fill(const Memory& target, unsigned char value, size_t bytes) {
 }
 
 void Device::finish() {
-  check(clFinish(open_cl_->queue), "finish");
+  check(clFinish(open_cl_->queue), "finish", description_.name);
 }
 
 std::vector<Profiler::Row> Device::take_profile() {

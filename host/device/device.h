@@ -28,7 +28,7 @@ enum class Real { Float, Double };
 
 struct DeviceOptions {
   std::string selector;                 ///< index of `degas devices`, or part of a device or platform name; empty: best
-  std::optional<KernelSet> kernel_set;  ///< default: Wide on CPUs, Gpu elsewhere
+  std::optional<KernelSet> kernel_set;  ///< default: Gpu on GPUs with room for its work-groups, else Wide
   std::optional<DeviceFamily> family;   ///< whose parameters to start from; default: the device's own
   Real real = Real::Float;
   bool profile = false;                 ///< time every launch by events

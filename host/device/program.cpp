@@ -71,6 +71,17 @@ void store_binary(cl_program program, const fs::path& path) {
   replace_cache_file(path, binary);
 }
 
+/// The first line of a build log that tells of an error, or the first at all.
+std::string first_complaint(const std::string& log) {
+  std::istringstream lines(log.c_str());  // up to the zero that ends what drivers return
+  std::string first;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find("error") != std::string::npos) return line;
+    if (first.empty()) first = line;
+  }
+  return first.empty() ? "without a reason" : first;
+}
+
 }  // namespace
 
 std::string kernel_source(const std::string& file, const fs::path& folder) {
@@ -97,8 +108,12 @@ cl_program build_program(cl_context context, cl_device_id device, const std::str
     clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &bytes);
     std::string log(bytes, '\0');
     clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, bytes, log.data(), nullptr);
-    throw std::logic_error(
-        fmt::format("kernels/{} does not build with [{}] (status {}):\n{}", name, options, status, log));
+    const fs::path log_file = fs::path(path).replace_extension(".log");
+    const bool kept = replace_cache_file(log_file, fmt::format("kernels/{} [{}]\n{}\n", name, options, log));
+    throw Error::format(
+        "device {}: its driver ({}) does not build kernels/{} (OpenCL status {}): {}; {}try another driver or --device",
+        device_text(device, CL_DEVICE_NAME).c_str(), device_text(device, CL_DRIVER_VERSION).c_str(), name, status,
+        first_complaint(log), kept ? "all it says is in " + log_file.string() + "; " : "");
   }
   store_binary(program, path);
   return program;

@@ -18,8 +18,8 @@ const std::map<std::string, std::string>& embedded_kernels();
 std::string kernel_source(const std::string& file, const std::filesystem::path& folder);
 
 /// Builds a program, through the binary cache (user_cache.h): keyed by source, options, device and driver, so a change
-/// of any of them misses. A binary the driver refuses is rebuilt from source. Throws std::logic_error with the build
-/// log.
+/// of any of them misses. A binary the driver refuses is rebuilt from source. Throws Error with the first
+/// complaint of the build log, which is kept beside the cache.
 cl_program build_program(cl_context context, cl_device_id device, const std::string& name, const std::string& source,
                          const std::string& options);
 

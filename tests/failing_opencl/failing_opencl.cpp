@@ -1,0 +1,133 @@
+// An OpenCL layer that makes trouble, loaded before the real one by LD_PRELOAD. FAILING_OPENCL says which, separated by
+// commas, and FAILING_OPENCL_LOG names a file to which each trouble made is added as a line:
+//   lost:N     from the N-th launch on the device is gone: launches, transfers and waits are refused
+//   memory:N   from the N-th buffer on none finds memory
+//   squeeze:N  the N-th buffer alone finds none
+//   build      no program is built
+//   gpu        the devices call themselves GPUs
+//   small      their work-groups hold 64 items and their local memory 8 KiB; larger work-groups are refused
+//   no_double  they lack cl_khr_fp64
+#define CL_TARGET_OPENCL_VERSION 120
+#include <CL/cl.h>
+#include <dlfcn.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <string>
+
+namespace {
+
+/// The number after `name:`, 1 where there is only the name, 0 where it is not asked for.
+long asked(const std::string& name) {
+  const char* settings = std::getenv("FAILING_OPENCL");
+  std::string rest = settings ? settings : "";
+  while (!rest.empty()) {
+    const std::string word = rest.substr(0, rest.find(','));
+    rest = rest.size() > word.size() ? rest.substr(word.size() + 1) : "";
+    if (word == name) return 1;
+    if (word.rfind(name + ":", 0) == 0) return std::atol(word.c_str() + name.size() + 1);
+  }
+  return 0;
+}
+
+void note(const char* trouble) {
+  if (const char* file = std::getenv("FAILING_OPENCL_LOG")) std::ofstream(file, std::ios::app) << trouble << '\n';
+}
+
+template <typename Function>
+Function* real(const char* name) {
+  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+}
+#define REAL(function) real<decltype(function)>(#function)
+
+std::atomic<long> launches{0}, buffers{0};
+
+bool lost() {
+  static const long after = asked("lost");
+  return after > 0 && launches >= after;
+}
+
+constexpr size_t small_group = 64;
+constexpr cl_ulong small_local_bytes = 8 << 10;
+
+}  // namespace
+
+extern "C" {
+
+cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint rank, const size_t* offset,
+                              const size_t* global, const size_t* local, cl_uint waits, const cl_event* list,
+                              cl_event* event) {
+  ++launches;
+  if (lost()) {
+    if (launches == asked("lost")) note("lost");
+    return CL_DEVICE_NOT_AVAILABLE;
+  }
+  static const bool is_small = asked("small");
+  size_t items = 1;
+  for (cl_uint axis = 0; local && axis < rank; ++axis) items *= local[axis];
+  if (is_small && items > small_group) {
+    note("group refused");
+    return CL_INVALID_WORK_GROUP_SIZE;
+  }
+  static auto* const launch = REAL(clEnqueueNDRangeKernel);
+  return launch(queue, kernel, rank, offset, global, local, waits, list, event);
+}
+
+cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size,
+                           void* target, cl_uint waits, const cl_event* list, cl_event* event) {
+  if (lost()) return CL_INVALID_COMMAND_QUEUE;
+  static auto* const read = REAL(clEnqueueReadBuffer);
+  return read(queue, buffer, blocking, offset, size, target, waits, list, event);
+}
+
+cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size,
+                            const void* source, cl_uint waits, const cl_event* list, cl_event* event) {
+  if (lost()) return CL_INVALID_COMMAND_QUEUE;
+  static auto* const write = REAL(clEnqueueWriteBuffer);
+  return write(queue, buffer, blocking, offset, size, source, waits, list, event);
+}
+
+cl_int clFinish(cl_command_queue queue) {
+  if (lost()) return CL_DEVICE_NOT_AVAILABLE;
+  static auto* const finish = REAL(clFinish);
+  return finish(queue);
+}
+
+cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* status) {
+  static const long fails_from = asked("memory"), fails_once = asked("squeeze");
+  const long number = ++buffers;
+  if ((fails_from > 0 && number >= fails_from) || number == fails_once) {
+    note("memory");
+    if (status) *status = CL_MEM_OBJECT_ALLOCATION_FAILURE;
+    return nullptr;
+  }
+  static auto* const create = REAL(clCreateBuffer);
+  return create(context, flags, size, host, status);
+}
+
+cl_int clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, const char* options,
+                      void(CL_CALLBACK* notify)(cl_program, void*), void* data) {
+  if (asked("build")) {
+    note("build");
+    return CL_BUILD_PROGRAM_FAILURE;
+  }
+  static auto* const build = REAL(clBuildProgram);
+  return build(program, count, devices, options, notify, data);
+}
+
+cl_int clGetDeviceInfo(cl_device_id device, cl_device_info key, size_t size, void* value, size_t* needed) {
+  static auto* const query = REAL(clGetDeviceInfo);
+  const cl_int status = query(device, key, size, value, needed);
+  if (status != CL_SUCCESS || !value) return status;
+  if (key == CL_DEVICE_TYPE && asked("gpu")) *static_cast<cl_device_type*>(value) = CL_DEVICE_TYPE_GPU;
+  if (key == CL_DEVICE_MAX_WORK_GROUP_SIZE && asked("small")) *static_cast<size_t*>(value) = small_group;
+  if (key == CL_DEVICE_LOCAL_MEM_SIZE && asked("small")) *static_cast<cl_ulong*>(value) = small_local_bytes;
+  if (key == CL_DEVICE_EXTENSIONS && asked("no_double")) {
+    if (char* found = std::strstr(static_cast<char*>(value), "cl_khr_fp64")) std::memset(found, 'x', 11);
+  }
+  return status;
+}
+
+}  // extern "C"

@@ -1,0 +1,127 @@
+// A device that is lost, full, cannot build or is smaller than usual, by the layer in tests/failing_opencl.
+#include "host/device/device.h"
+#include "tests/support/training_commands.h"
+
+using namespace degas;
+using namespace degas::test;
+
+namespace {
+
+/// tiny_config for so many steps, with a checkpoint after each second one.
+Config saving_config() {
+  Config config = tiny_config();
+  config.train.iterations = 6;
+  config.train.checkpoint_every = 2;
+  return config;
+}
+
+struct Trouble {
+  Environment environment;
+  std::filesystem::path log;
+
+  Trouble(const TemporaryFolder& folder, const std::string& which) : log(folder / "troubles") {
+    environment = {{"LD_PRELOAD", DEGAS_FAILING_OPENCL}, {"FAILING_OPENCL", which}, {"FAILING_OPENCL_LOG", log}};
+  }
+  bool was_made() const { return std::filesystem::exists(log); }
+};
+
+std::string checkpoint_of(const TrainCommand& train) {
+  return file_text(train.run / "checkpoint.bin");
+}
+
+std::string device_name() {
+  return Device().description().name;
+}
+
+/// What an undisturbed run of `config` leaves.
+std::string undisturbed(const Config& config) {
+  const TemporaryFolder folder;
+  const TrainCommand train(folder, config);
+  REQUIRE(train().exit_code == 0);
+  return checkpoint_of(train);
+}
+
+}  // namespace
+
+TEST_CASE("a device that is lost ends training in one line, and the run goes on to the same bits") {
+  const TemporaryFolder folder;
+  const Config config = saving_config();
+  const std::string whole = undisturbed(config);
+  const int launch = GENERATE(1, 300, 2500);
+  CAPTURE(launch);
+  TrainCommand train(folder, config);
+  const Trouble trouble(folder, "lost:" + std::to_string(launch));
+  train.environment = trouble.environment;
+  check_refused(train(), {"device " + device_name() + ": lost in ", "--resume"});
+  CHECK(trouble.was_made());
+  train.environment = {};
+  train.more = {"--resume"};
+  CHECK(train().exit_code == 0);
+  const bool same_bits = checkpoint_of(train) == whole;
+  CHECK(same_bits);
+}
+
+TEST_CASE("memory that runs out ends training in one line, and the run goes on to the same bits") {
+  const TemporaryFolder folder;
+  const Config config = saving_config();
+  const std::string whole = undisturbed(config);
+  const int buffer = GENERATE(1, 120);
+  CAPTURE(buffer);
+  TrainCommand train(folder, config);
+  const Trouble trouble(folder, "memory:" + std::to_string(buffer));
+  train.environment = trouble.environment;
+  check_refused(train(), {"device out of memory", "lower net.resolution"});
+  CHECK(trouble.was_made());
+  train.environment = {};
+  train.more = {"--resume"};
+  CHECK(train().exit_code == 0);
+  const bool same_bits = checkpoint_of(train) == whole;
+  CHECK(same_bits);
+}
+
+TEST_CASE("a buffer that finds no memory once finds what the pool gives back") {
+  const TemporaryFolder folder;
+  const Config config = saving_config();
+  TrainCommand train(folder, config);
+  const Trouble trouble(folder, "squeeze:120");
+  train.environment = trouble.environment;
+  CHECK(train().exit_code == 0);
+  CHECK(trouble.was_made());
+  const bool same_bits = checkpoint_of(train) == undisturbed(config);
+  CHECK(same_bits);
+}
+
+TEST_CASE("a driver that builds nothing is named in one line, and its log is kept") {
+  const TemporaryFolder folder;
+  TrainCommand train(folder, saving_config());
+  const Trouble trouble(folder, "build");
+  train.environment = trouble.environment;
+  train.environment.emplace_back("DEGAS_CACHE", folder / "cache");
+  check_refused(train(), {"device " + device_name() + ": its driver", "does not build kernels/", "status -11", ".log"});
+  CHECK(trouble.was_made());
+  CHECK(!std::filesystem::is_empty(folder / "cache/programs"));
+}
+
+TEST_CASE("a GPU too small for cooperative work-groups runs the other kernel set, to the bits of a CPU") {
+  const TemporaryFolder folder;
+  const Config config = saving_config();
+  TrainCommand train(folder, config);
+  const Trouble trouble(folder, "gpu,small");
+  train.environment = trouble.environment;
+  const ProgramResult result = train();
+  CAPTURE(result.errors);
+  CHECK(result.exit_code == 0);
+  CHECK_FALSE(trouble.was_made());  // no larger work-group was tried
+  const bool same_bits = checkpoint_of(train) == undisturbed(config);
+  CHECK(same_bits);
+}
+
+TEST_CASE("training needs no double precision") {
+  const TemporaryFolder folder;
+  const Config config = saving_config();
+  TrainCommand train(folder, config);
+  train.environment = Trouble(folder, "no_double").environment;
+  CHECK(train().exit_code == 0);
+  const bool same_bits = checkpoint_of(train) == undisturbed(config);
+  CHECK(same_bits);
+}
