@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "model/data/foreground.h"
-#include "model/data/lens.h"
+#include "host/io/lens.h"
 
 namespace degas {
 

@@ -8,7 +8,7 @@
 #include "model/data/capture.h"
 #include "model/data/dreams_codes.h"
 #include "model/data/foreground.h"
-#include "model/data/lens.h"
+#include "host/io/lens.h"
 #include "model/data/numbered_files.h"
 #include "model/data/smplx_parameters.h"
 

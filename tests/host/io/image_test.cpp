@@ -1,8 +1,10 @@
 #include "host/io/image.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "host/error.h"
 #include "host/io/file_bytes.h"
-#include "host/io/video.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_devices.h"
 
@@ -12,11 +14,11 @@ using Catch::Contains;
 
 namespace {
 
-Image8 gradient(int width, int height, int channels, int shift = 0) {
+Image8 gradient(int width, int height, int channels) {
   Image8 image = Image8::black(width, height, channels);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      for (int c = 0; c < channels; ++c) image.at(x, y)[c] = static_cast<uint8_t>(7 * x + 3 * y + 60 * c + shift);
+      for (int c = 0; c < channels; ++c) image.at(x, y)[c] = static_cast<uint8_t>(7 * x + 3 * y + 60 * c);
     }
   }
   return image;
@@ -34,6 +36,10 @@ TEST_CASE("pictures come back; channels are RGB") {
   CHECK(back.height == 7);
   CHECK(back.pixels == image.pixels);
   CHECK(decode_image(encode_image(image, ".png"), channels, "memory").pixels == image.pixels);
+}
+
+TEST_CASE("JPEG pictures are read and written", "[jpeg]") {
+  const TemporaryFolder folder;
   Image8 red = Image8::black(16, 16, 3);
   for (size_t i = 0; i < red.pixels.size(); i += 3) red.pixels[i] = 200;
   write_image(folder / "red.jpg", red);
@@ -62,43 +68,63 @@ TEST_CASE("resizing averages areas, cropping pads with black") {
   CHECK(cropped(image, 9, 9, 1, 1).pixels == std::vector<uint8_t>{0});
 }
 
-TEST_CASE("lossless videos keep every bit and seek to the frame") {
-  const TemporaryFolder folder;
-  VideoWriter writer(folder / "a.mp4", 51, 30, 25, VideoQuality::Lossless);
-  for (int i = 0; i < 40; ++i) writer.write(gradient(51, 30, 3, 5 * i));
-  CHECK(!std::filesystem::exists(folder / "a.mp4"));
-  writer.finish();
-  VideoReader reader(folder / "a.mp4");
-  CHECK(reader.frame_count() == 40);
-  CHECK(reader.width() == 52);
-  CHECK(reader.frames_per_second() == Approx(25));
-  Image8 frame;
-  for (const int i : {0, 1, 5, 39, 2, 30, 30}) {
-    reader.seek(i);
-    REQUIRE(reader.read(frame));
-    const bool equal = cropped(frame, 0, 0, 51, 30).pixels == gradient(51, 30, 3, 5 * i).pixels;
-    CAPTURE(i);
-    CHECK(equal);
+TEST_CASE("resizing is the mean over what a pixel covers, or linear between centres where a side grows") {
+  struct Sizes {
+    int width, height, new_width, new_height;
+  };
+  const Sizes sizes = GENERATE(Sizes{13, 7, 5, 3}, Sizes{40, 30, 17, 30}, Sizes{12, 8, 6, 2}, Sizes{5, 4, 13, 9},
+                               Sizes{13, 7, 9, 15}, Sizes{1, 1, 3, 2});
+  const int channels = GENERATE(1, 3);
+  CAPTURE(sizes.width, sizes.height, sizes.new_width, sizes.new_height, channels);
+  const Image8 image = gradient(sizes.width, sizes.height, channels);
+  const double step_x = 1.0 * sizes.width / sizes.new_width, step_y = 1.0 * sizes.height / sizes.new_height;
+  const bool shrinks = step_x >= 1 && step_y >= 1;
+  const auto overlap = [](int pixel, double begin, double end) {
+    return std::max(0.0, std::min(pixel + 1.0, end) - std::max<double>(pixel, begin));
+  };
+  const auto tent = [](int pixel, double center, int size) {  // with the border's pixels continued outwards
+    const double at = std::clamp(center, 0.5, size - 0.5);
+    return std::max(0.0, 1 - std::abs(pixel + 0.5 - at));
+  };
+  const Image8 out = resized(image, sizes.new_width, sizes.new_height);
+  double largest = 0;
+  for (int y = 0; y < sizes.new_height; ++y) {
+    for (int x = 0; x < sizes.new_width; ++x) {
+      for (int c = 0; c < channels; ++c) {
+        double sum = 0;
+        for (int v = 0; v < sizes.height; ++v) {
+          for (int u = 0; u < sizes.width; ++u) {
+            sum += image.at(u, v)[c] *
+                   (shrinks ? overlap(u, x * step_x, (x + 1) * step_x) / step_x *
+                                  overlap(v, y * step_y, (y + 1) * step_y) / step_y
+                            : tent(u, (x + 0.5) * step_x, sizes.width) * tent(v, (y + 0.5) * step_y, sizes.height));
+          }
+        }
+        largest = std::max(largest, std::abs(out.at(x, y)[c] - sum));
+      }
+    }
   }
-  CHECK_THROWS_WITH(reader.seek(40), Contains("a.mp4: no frame 40; the video has 40"));
+  CHECK(largest < 1.01);  // fixed-point arithmetic may take the other neighbour
 }
 
-TEST_CASE("viewing videos take odd sizes; an unfinished one leaves nothing") {
-  const TemporaryFolder folder;
-  {
-    VideoWriter writer(folder / "a.mp4", 33, 31, 30, VideoQuality::Viewing);
-    for (int i = 0; i < 3; ++i) writer.write(gradient(33, 31, 3));
-    writer.finish();
-    VideoWriter unfinished(folder / "b.mp4", 33, 31, 30, VideoQuality::Viewing);
-    unfinished.write(gradient(33, 31, 3));
+TEST_CASE("grey and coloured pictures are read as either; damage is an Error") {
+  const Image8 grey = gradient(9, 5, 1), color = gradient(9, 5, 3);
+  const Image8 grey_as_color = decode_image(encode_image(grey, ".png"), 3, "grey");
+  for (size_t i = 0; i < grey_as_color.pixels.size(); ++i) REQUIRE(grey_as_color.pixels[i] == grey.pixels[i / 3]);
+  const Image8 color_as_grey = decode_image(encode_image(color, ".png"), 1, "color");
+  REQUIRE(color_as_grey.pixels.size() == 45);
+  for (size_t i = 0; i < 45; ++i) {
+    const double luma = 0.299 * color.pixels[3 * i] + 0.587 * color.pixels[3 * i + 1] + 0.114 * color.pixels[3 * i + 2];
+    REQUIRE(std::abs(color_as_grey.pixels[i] - luma) < 1.01);
   }
-  int files = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path())) ++files;
-  CHECK(files == 1);
-  VideoReader reader(folder / "a.mp4");
-  CHECK(reader.frame_count() == 3);
-  CHECK(reader.width() == 34);
-  write_file_atomically(folder / "cut.mp4", std::vector<std::byte>(100));
-  CHECK_THROWS_WITH(VideoReader(folder / "cut.mp4"), Contains("cut.mp4: cannot be opened as a video"));
-  CHECK_THROWS_WITH(VideoReader(folder / "none.mp4"), Contains("none.mp4: no such file"));
+  std::vector<std::byte> bytes = encode_image(color, ".png");
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    std::vector<std::byte> damaged = bytes;
+    damaged[i] ^= std::byte{0x55};
+    try {
+      decode_image(damaged, 3, "damaged");  // what does not matter may be damaged
+    } catch (const Error& error) {
+      REQUIRE_THAT(error.what(), Contains("damaged: "));
+    }
+  }
 }

@@ -6,7 +6,7 @@
 
 #include "host/error.h"
 #include "host/io/file_bytes.h"
-#include "host/io/opencv_image.h"
+#include "host/io/opencv/opencv_image.h"
 
 namespace degas {
 namespace fs = std::filesystem;

@@ -1,17 +1,8 @@
-#include "model/data/lens.h"
+#include "host/io/lens.h"
 
-#include <algorithm>
 #include <opencv2/calib3d.hpp>
 
 namespace degas {
-
-bool Lens::distorts() const {
-  return std::any_of(distortion.begin(), distortion.end(), [](double value) { return value != 0; });
-}
-
-bool is_distortion_size(size_t count) {
-  return count == 0 || count == 4 || count == 5 || count == 8 || count == 12 || count == 14;
-}
 
 Image8 undistorted(const Image8& image, const Lens& lens) {
   if (!lens.distorts()) return image;

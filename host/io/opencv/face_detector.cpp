@@ -5,7 +5,7 @@
 #include <opencv2/objdetect.hpp>
 
 #include "host/error.h"
-#include "host/io/opencv_image.h"
+#include "host/io/opencv/opencv_image.h"
 
 namespace degas {
 namespace fs = std::filesystem;
