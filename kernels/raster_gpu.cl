@@ -111,6 +111,7 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
   local REAL d_reds[PIXELS], d_greens[PIXELS], d_blues[PIXELS];
   local REAL partial[PIXELS * SLOT_USED];
   local uint batch_slots[BATCH];
+  local uint used_end;
   const int column = get_global_id(0), row = get_global_id(1);
   const int item = get_local_id(1) * TILE_WIDTH + get_local_id(0);
   const int tile = first_tile + get_group_id(1) * get_num_groups(0) + get_group_id(0);
@@ -128,11 +129,20 @@ kernel void raster_backward(global const REAL* records, global const uint* tile_
   d_greens[item] = d_green;
   d_blues[item] = d_blue;
 
+  // Behind the last contributor of all pixels there is nothing to walk through.
+  if (item == 0) used_end = begin;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  atomic_max(&used_end, last);  // of integers: the same in any order
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint i = used_end + item; i < end; i += PIXELS) {
+    for (int field = 0; field < SLOT_USED; ++field) slots[(long)entries[i].y * SLOT_SIZE + field] = 0;
+  }
+
   // Batches from the back; the first item of a batch is `start`.
-  const uint batches = (end - begin + BATCH - 1) / BATCH;
+  const uint batches = (used_end - begin + BATCH - 1) / BATCH;
   for (uint b = batches; b-- > 0;) {
     const uint start = begin + b * BATCH;
-    const int size = (int)min(end - start, (uint)BATCH);
+    const int size = (int)min(used_end - start, (uint)BATCH);
     for (int k = item; k < size * FIELDS; k += PIXELS) {
       const uint2 entry = entries[start + k / FIELDS];
       batch[k] = records[(long)entry.x * RECORD_SIZE + k % FIELDS];
