@@ -1,12 +1,16 @@
 #include "host/ops/splat_views.h"
 
+#include <Eigen/LU>
+#include <cmath>
+
 namespace degas {
 namespace {
 
 /// The kernels' View, in their REAL.
 template <typename Real>
 struct View {
-  Real rotation[9], translation[3];
+  Real rotation[9];
+  Real center_whole[3], center_rest[3];
   Real fx, fy, cx, cy;
   Real left, right, top, bottom;
   Real near_plane, blur;
@@ -19,7 +23,13 @@ View<Real> view_of(const Camera& camera, const SplatOptions& options) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column)
       view.rotation[3 * row + column] = static_cast<Real>(camera.rotation(row, column));
-    view.translation[row] = static_cast<Real>(camera.translation(row));
+  }
+  // Not camera.center(): calibrations are rotations only up to their digits.
+  const Eigen::Vector3d center = -camera.rotation.inverse() * camera.translation;
+  for (int c = 0; c < 3; ++c) {
+    const double whole = std::round(center[c]);
+    view.center_whole[c] = static_cast<Real>(whole);
+    view.center_rest[c] = static_cast<Real>(center[c] - whole);
   }
   view.fx = static_cast<Real>(camera.fx);
   view.fy = static_cast<Real>(camera.fy);

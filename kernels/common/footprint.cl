@@ -20,10 +20,12 @@ inline Footprint footprint(global const View* view, global const REAL* positions
   gather_rows(positions, first, 3, count, position);
   gather_rows(rotations, first, 4, count, q);
   gather_rows(log_scales, first, 3, count, f.log_scale);
+  // From the camera's centre, then turned: near it the difference is exact, however far the world's origin is.
   REALV in_camera[3];
+  for (int c = 0; c < 3; ++c) position[c] = (position[c] - view->center_whole[c]) - view->center_rest[c];
   for (int row = 0; row < 3; ++row) {
     in_camera[row] = view->rotation[3 * row] * position[0] + view->rotation[3 * row + 1] * position[1] +
-                     view->rotation[3 * row + 2] * position[2] + view->translation[row];
+                     view->rotation[3 * row + 2] * position[2];
   }
   f.x = in_camera[0];
   f.y = in_camera[1];

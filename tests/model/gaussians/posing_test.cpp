@@ -6,16 +6,13 @@
 #include "host/autograd/gradient_check.h"
 #include "host/ops/pointwise.h"
 #include "host/ops/reduction.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/test_devices.h"
-#include "tests/support/tiny_body.h"
+#include "tests/support/tiny_subject.h"
 
 using namespace degas;
 using namespace degas::test;
 
 namespace {
-
-const std::vector<double> betas = {0.5, -1};
 
 Pose random_pose(const BodyModel& body, unsigned seed) {
   const std::vector<double> angles = random_values(body.joint_count() * 3, seed, -0.5, 0.5);
@@ -24,31 +21,6 @@ Pose random_pose(const BodyModel& body, unsigned seed) {
   pose.translation = {0.3, -0.4, 2};
   return pose;
 }
-
-/// A made-up body with Gaussians on it; the network's maps are zero or random.
-struct Subject {
-  BodyModel body;
-  BaseMaps maps;
-
-  Subject() : body(load()), maps(make_base_maps(body, betas, UvAtlas(body, 16), 8, 1e-4)) {}
-
-  static BodyModel load() {
-    const TemporaryFolder folder;
-    write_tiny_body(folder.path() / "body.npz");
-    return BodyModel::load(folder.path() / "body.npz");
-  }
-
-  AssemblyMaps heads(Device& device, double size) const {
-    return {random_tensor(device, {16, 16, 3}, 1, -size, size), random_tensor(device, {16, 16, 7}, 2, -size, size),
-            random_tensor(device, {16, 16, 4}, 3, -size, size), {}};
-  }
-
-  Splats posed(Tape& tape, const AssemblyMaps& heads, const DevicePose& pose) const {
-    Device& device = tape.device();
-    return pose_gaussians(tape, assemble(tape, heads, make_gaussian_base(device, maps)),
-                          make_skinning_weights(device, maps), make_skeleton(device, body, betas), pose);
-  }
-};
 
 Eigen::Matrix3d axes(const std::vector<double>& rotations, int index) {
   const double* q = &rotations[index * 4];
@@ -59,14 +31,14 @@ Eigen::Matrix3d axes(const std::vector<double>& rotations, int index) {
 
 TEST_CASE("unchanged Gaussians follow the skinned surface of the body") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  const Subject subject;
+  const TinySubject subject;
   const Pose pose = random_pose(subject.body, 7);
   Tape tape(device, false);
   const Splats splats = subject.posed(tape, subject.heads(device, 0), make_device_pose(device, pose));
 
   // Skinned as points of their own, by the joints as the body model on the host poses them.
-  const JointFrames frames = subject.body.posed_joints(pose, betas);
-  const std::vector<Eigen::Vector3d> rest = subject.body.joints(betas);
+  const JointFrames frames = subject.body.posed_joints(pose, subject.betas);
+  const std::vector<Eigen::Vector3d> rest = subject.body.joints(subject.betas);
   const BaseMaps& maps = subject.maps;
   std::vector<double> expected;
   for (size_t i = 0; i < maps.covered.size(); ++i) {
@@ -86,7 +58,7 @@ TEST_CASE("unchanged Gaussians follow the skinned surface of the body") {
 
 TEST_CASE("a rigid motion of the root moves positions and rotations as one body") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  const Subject subject;
+  const TinySubject subject;
   Pose pose = random_pose(subject.body, 8);
   pose.axis_angles[0].setZero();
   pose.translation.setZero();
@@ -100,7 +72,7 @@ TEST_CASE("a rigid motion of the root moves positions and rotations as one body"
   const Splats after = subject.posed(tape, heads, make_device_pose(device, turned));
   const auto p = before.positions.to_host<double>(), moved = after.positions.to_host<double>();
   const auto q = before.rotations.to_host<double>(), rotated = after.rotations.to_host<double>();
-  const Eigen::Vector3d pelvis = subject.body.joints(betas)[0];
+  const Eigen::Vector3d pelvis = subject.body.joints(subject.betas)[0];
   for (size_t i = 0; i < subject.maps.covered.size(); ++i) {
     const Eigen::Vector3d from(&p[i * 3]), to(&moved[i * 3]);
     CHECK((turn * (from - pelvis) + pelvis + turned.translation - to).norm() < 1e-5);
@@ -110,7 +82,7 @@ TEST_CASE("a rigid motion of the root moves positions and rotations as one body"
 
 TEST_CASE("the gradient of posed Gaussians reaches the maps and the pose") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
-  const Subject subject;
+  const TinySubject subject;
   AssemblyMaps heads = subject.heads(device, 0.5);
   DevicePose pose = make_device_pose(device, random_pose(subject.body, 9));
   for (Tensor* tensor :
@@ -129,7 +101,7 @@ TEST_CASE("the gradient of posed Gaussians reaches the maps and the pose") {
 TEST_CASE("turning the root and the camera alike leaves the image as it was") {
   // In double, as a splat at the border of 1/255 may otherwise come or go.
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
-  const Subject subject;
+  const TinySubject subject;
   Pose pose = random_pose(subject.body, 10);
   pose.axis_angles[0].setZero();
   pose.translation.setZero();
@@ -154,7 +126,7 @@ TEST_CASE("turning the root and the camera alike leaves the image as it was") {
   camera.width = 53, camera.height = 41;
   camera.fx = camera.fy = 60, camera.cx = 25, camera.cy = 22;
   camera.translation = Eigen::Vector3d(0, 0, 3 * extent) - middle;
-  const Eigen::Vector3d pelvis = subject.body.joints(betas)[0];
+  const Eigen::Vector3d pelvis = subject.body.joints(subject.betas)[0];
   Camera turned_camera = camera;
   turned_camera.rotation = camera.rotation * turn.matrix().transpose();
   turned_camera.translation =
