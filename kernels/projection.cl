@@ -150,7 +150,7 @@ inline Gradients gradients_of(global const View* view, global const REAL* positi
 
   // ln(alpha) = -1/2 d^T C d with C the inverse covariance: its gradient is C (w d d^T) C / 2, and C w d to the
   // centre. C = W^T W with W d linear in s and t. What the covariance passes on to an axis `a` of the ellipsoid is
-  // W^T M (W a), M the sums over s and t, and to its log-scale (W a)^T M (W a): W a is never longer than 1, where a and
+  // W^T M (W a), M the sums over s and t, and to its log-scale (W a)^T M (W a): W a is never much longer than 1, where a and
   // the elements of C would nearly cancel for needles.
   const REALV s_to_x = sqrt(2 / LOG2_E * f.blurred_yy / f.determinant), slope = f.xy / f.blurred_yy;
   const REALV s_to_y = -s_to_x * slope, t_to_y = sqrt(2 / LOG2_E / f.blurred_yy);

@@ -216,8 +216,9 @@ Json to_json(const Config& config) {
 }
 
 Json parse(const std::string& text, const std::string& name) {
+  check_json(text, name);
   try {
-    return Json::parse(text, json_limits<Json>(name));
+    return Json::parse(text);
   } catch (const Json::parse_error& fault) {
     const auto line =
         1 + std::count(text.begin(), text.begin() + static_cast<long>(std::min(fault.byte, text.size())), '\n');

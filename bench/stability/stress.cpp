@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <stdexcept>
 
 #include "bench/stability/textbook_splats.h"
 #include "host/ops/pointwise.h"
@@ -97,6 +98,7 @@ template <typename Numbers>
 double relative_error(const Numbers& found, const Numbers& reference) {
   double difference = 0, largest = 0;
   for (size_t i = 0; i < reference.size(); ++i) {
+    if (!std::isfinite(reference[i])) throw std::logic_error("[stability_bench] the reference is not finite");
     if (!std::isfinite(found[i])) return std::numeric_limits<double>::infinity();
     difference = std::max(difference, std::abs(found[i] - reference[i]));
     largest = std::max(largest, std::abs(reference[i]));
@@ -255,7 +257,7 @@ std::vector<StressAxis> measure_stress(Device& device) {
                               }
                               return stressed;
                             }));
-  axes.push_back(splat_axis(device, {"distance from the world's origin", "log10 of metres", -1, 1.5, {}},
+  axes.push_back(splat_axis(device, {"distance from the world's origin", "log10 of metres", -1, 2, {}},
                             steps(-1, 5, 0.25), {}, [](double stress) {
                               Stressed stressed = usual();
                               const Eigen::Vector3d way =
@@ -285,10 +287,17 @@ std::vector<std::string> broken_promises(const std::vector<StressAxis>& axes) {
   std::vector<std::string> broken;
   for (const StressAxis& axis : axes) {
     const StressSeries& ours = axis.series[0];
+    const auto in_range = [&](double stress) { return stress >= axis.range_low && stress <= axis.range_high; };
+    constexpr int fewest = 10;
+    if (std::count_if(ours.points.begin(), ours.points.end(), [&](auto& p) { return in_range(p.first); }) < fewest)
+      broken.push_back(
+          fmt::format("{}: fewer than {} stresses in the working range have a picture", axis.name, fewest));
     for (size_t i = 0; i < ours.points.size(); ++i) {
       const auto [stress, error] = ours.points[i];
       if (error <= promised_error) continue;
-      if (stress >= axis.range_low && stress <= axis.range_high) {
+      if (!std::isfinite(error))
+        broken.push_back(fmt::format("{}: not finite at {:g} {}", axis.name, stress, axis.unit));
+      if (in_range(stress)) {
         broken.push_back(
             fmt::format("{}: {:.1e} at {:g} {}, within the working range", axis.name, error, stress, axis.unit));
       }

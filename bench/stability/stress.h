@@ -16,8 +16,7 @@ struct StressSeries {
   std::vector<std::pair<double, double>> points;  ///< (stress, error)
 };
 
-/// Error against one stress, and where it stays below `promised_error`: by measurement, with the range that README
-/// states.
+/// Error against one stress, and where it stays below `promised_error`: by measurement; docs/stability.md states it.
 struct StressAxis {
   std::string name, unit;        ///< what grows, and in what
   double range_low, range_high;  ///< working range of ours, in the same

@@ -40,12 +40,6 @@ void check(cl_int status, const char* what, const std::string& device) {
   }
 }
 
-/// Whether the GPU set's largest work-groups, 16 x 16 pixels with their local memory, run there; less is legal OpenCL.
-bool fits_gpu_set(const DeviceDescription& description) {
-  constexpr size_t largest_group = 256, most_local_bytes = size_t{32} << 10;
-  return description.largest_work_group >= largest_group && description.local_bytes >= most_local_bytes;
-}
-
 }  // namespace
 
 struct Device::OpenCl {

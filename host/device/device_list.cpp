@@ -72,6 +72,11 @@ std::vector<FoundDevice> find_devices() {
   return found;
 }
 
+bool fits_gpu_set(const DeviceDescription& description) {
+  constexpr size_t largest_group = 256, most_local_bytes = size_t{32} << 10;
+  return description.largest_work_group >= largest_group && description.local_bytes >= most_local_bytes;
+}
+
 FoundDevice select_device(const std::string& selector) {
   const std::vector<FoundDevice> devices = find_devices();
   if (devices.empty()) {
@@ -79,7 +84,11 @@ FoundDevice select_device(const std::string& selector) {
   }
   if (selector.empty()) {
     return *std::max_element(devices.begin(), devices.end(), [](const FoundDevice& a, const FoundDevice& b) {
-      const auto rank = [](const FoundDevice& f) { return f.description.is_cpu ? 0 : f.description.global_bytes; };
+      // A GPU that must run the CPU's kernels is slower than a CPU.
+      const auto rank = [](const FoundDevice& f) -> size_t {
+        if (f.description.is_cpu) return 1;
+        return fits_gpu_set(f.description) ? f.description.global_bytes : 0;
+      };
       return rank(a) < rank(b);
     });
   }

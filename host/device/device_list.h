@@ -29,7 +29,11 @@ struct FoundDevice {
 std::vector<FoundDevice> find_devices();
 
 /// The device with that index, or whose name or platform contains the text in any case; where the selector is empty,
-/// the GPU with the most memory, else the first device. Throws Error when none fits, naming those that exist.
+/// the GPU with the most memory that fits_gpu_set, else a CPU, else any. Throws Error when none fits, naming those that
+/// exist.
 FoundDevice select_device(const std::string& selector);
+
+/// Whether the GPU set's largest work-groups, 16 x 16 pixels with their local memory, run there; less is legal OpenCL.
+bool fits_gpu_set(const DeviceDescription& description);
 
 }  // namespace degas

@@ -1,5 +1,7 @@
 #include "host/device/program.h"
 
+#include <algorithm>
+#include <cctype>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -73,10 +75,12 @@ void store_binary(cl_program program, const fs::path& path) {
 
 /// The first line of a build log that tells of an error, or the first at all.
 std::string first_complaint(const std::string& log) {
-  std::istringstream lines(log.c_str());  // up to the zero that ends what drivers return
+  std::istringstream lines(log);
   std::string first;
   for (std::string line; std::getline(lines, line);) {
-    if (line.find("error") != std::string::npos) return line;
+    std::string lower = line;
+    std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (lower.find("error:") != std::string::npos) return line;
     if (first.empty()) first = line;
   }
   return first.empty() ? "without a reason" : first;
@@ -108,6 +112,8 @@ cl_program build_program(cl_context context, cl_device_id device, const std::str
     clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &bytes);
     std::string log(bytes, '\0');
     clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, bytes, log.data(), nullptr);
+    log.resize(log.find_last_not_of(std::string_view(" \n\0", 3)) + 1);  // drivers end it by a zero
+    if (program) clReleaseProgram(program);
     const fs::path log_file = fs::path(path).replace_extension(".log");
     const bool kept = replace_cache_file(log_file, fmt::format("kernels/{} [{}]\n{}\n", name, options, log));
     throw Error::format(

@@ -166,7 +166,8 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   Checkpoint checkpoint;
   checkpoint.file = path;
   try {
-    const nlohmann::json root = nlohmann::json::parse(text, json_limits<nlohmann::json>(path.string()));
+    check_json(text, path.string());
+    const nlohmann::json root = nlohmann::json::parse(text);
     checkpoint.header = root.at("header");
     for (const auto& entry : root.at("arrays")) {
       if (!entry.at(1).is_number_unsigned()) throw Error::format("{}: an array's length is no count", path.string());

@@ -85,7 +85,7 @@ class Header {
     if (known != fixed_sizes.end() && known->second != value.size()) {
       fail(fmt::format("its {} has {} bytes instead of {}; the file is damaged", name, value.size(), known->second));
     }
-    if (type == "chlist") pixel_bytes_ = bytes_of_channels(value);
+    if (name == "channels" && type == "chlist") pixel_bytes_ = bytes_of_channels(value);
     if (name == "compression" && value.size() == 1 && std::to_integer<int>(value[0]) >= dwaa) {
       fail("its compression is lossy or unknown");
     }

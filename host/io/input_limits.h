@@ -1,9 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
-
-#include "host/error.h"
+#include <string_view>
 
 namespace degas {
 
@@ -19,21 +20,13 @@ inline bool is_plausible_expansion(uint64_t compressed, uint64_t expanded) {
 }
 
 inline constexpr int deepest_json = 100;
-inline constexpr int most_json_values = 4'000'000;
+inline constexpr int most_json_values = 8'000'000;
 
-/// A callback for nlohmann's parse: an Error beginning with `label` for JSON that is nested so deeply, or holds so many
-/// values, that it is none of ours. The library copies, compares and prints nested values by recursion.
-template <typename Json>
-typename Json::parser_callback_t json_limits(std::string label) {
-  return [label = std::move(label), values = 0](int depth, typename Json::parse_event_t, Json&) mutable {
-    if (depth > deepest_json) {
-      throw Error::format("{}: JSON nested more than {} levels deep is not read", label, deepest_json);
-    }
-    if (++values > most_json_values) {
-      throw Error::format("{}: JSON of more than {} values is not read", label, most_json_values);
-    }
-    return true;
-  };
-}
+/// Error beginning with `label` for JSON that is nested so deeply, or holds so many values, that it is none of ours: the
+/// library copies, compares and prints nested values by recursion, and a value takes tens of bytes. To be asked before
+/// parsing: with a callback the library's parser takes time by the square of an array's length.
+void check_json(std::string_view text, const std::string& label);
+/// The bytes as text that has been looked through.
+std::string_view checked_json(std::span<const std::byte> bytes, const std::string& label);
 
 }  // namespace degas

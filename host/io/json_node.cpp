@@ -15,9 +15,8 @@ using json = nlohmann::ordered_json;
 
 json read_json(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_file_bytes(path);
-  const auto* text = reinterpret_cast<const char*>(bytes.data());
   try {
-    return json::parse(text, text + bytes.size(), json_limits<json>(path.string()));
+    return json::parse(checked_json(bytes, path.string()));
   } catch (const json::exception& failure) {
     throw Error::format("{}: is no JSON: {:.300}", path.string(), failure.what());
   }

@@ -8,7 +8,7 @@
 
 namespace degas {
 
-/// The JSON of a file, names in its order; Error naming it when it is missing, no JSON or beyond json_limits.
+/// The JSON of a file, names in its order; Error naming it when it is missing, no JSON or beyond check_json.
 nlohmann::ordered_json read_json(const std::filesystem::path& path);
 
 /// A value of a JSON file with the way to it ("cameras.json: rigs[1]: fx"), which every Error begins with. The JSON

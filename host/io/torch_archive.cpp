@@ -96,7 +96,7 @@ class TensorCollector {
     } else {
       // Tensors may share a storage; as often as that is no sharing.
       gathered_bytes_ += static_cast<size_t>(elements) * item;
-      if (gathered_bytes_ / 4 > stored_bytes_) fail(name, "and others claim their storages many times over");
+      if (gathered_bytes_ / 4 > archive_.bytes()) fail(name, "and others claim their storages many times over");
       array.data = gather(bytes, item, array.shape, strides, value.integer, elements);
     }
     return array;
@@ -104,10 +104,7 @@ class TensorCollector {
 
   const std::vector<std::byte>& storage_bytes(const std::string& key) {
     auto found = storages_.find(key);
-    if (found == storages_.end()) {
-      found = storages_.emplace(key, archive_.read(prefix_ + "data/" + key)).first;
-      stored_bytes_ += found->second.size();
-    }
+    if (found == storages_.end()) found = storages_.emplace(key, archive_.read(prefix_ + "data/" + key)).first;
     return found->second;
   }
 
@@ -131,7 +128,7 @@ class TensorCollector {
   std::string prefix_;
   std::map<std::string, std::vector<std::byte>> storages_;
   TorchTensors tensors_;
-  size_t stored_bytes_ = 0, gathered_bytes_ = 0;  // of storages that were read, of tensors made of them
+  size_t gathered_bytes_ = 0;  // of tensors made up to now
   int visited_ = 0;
 };
 
@@ -151,8 +148,9 @@ TorchTensors read(const ZipReader& archive) {
       throw Error::format("{}: was saved on a big-endian machine, which is not read", archive.label());
     }
   }
-  // A tensor takes about 40 opcodes and, with its storage's place in the archive, no less than 300 bytes.
-  const size_t most_opcodes = (size_t{1} << 17) + archive.bytes() / 32;
+  // An opcode may make a value of a hundred bytes. A tensor takes about 40 opcodes and, with a storage of its own, no
+  // less than 300 bytes; views of one storage, or lists of numbers, live on what any archive may have.
+  const size_t most_opcodes = (size_t{1} << 18) + archive.bytes() / 32;
   const Pickle pickle = read_pickle(archive.read(prefix + "data.pkl"), archive.label(), most_opcodes);
   TensorCollector collector(archive, prefix);
   collector.collect(*pickle.result, "", 0);

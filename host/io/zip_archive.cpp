@@ -104,7 +104,9 @@ std::vector<std::byte> ZipReader::read(const std::string& name) const {
     throw fail(fmt::format("is compressed by method {}; stored and deflated entries are read", stat.comp_method));
   }
   if (!is_plausible_expansion(stat.comp_size, stat.size)) {
-    throw fail(fmt::format("claims {} bytes of {} compressed ones; the file is damaged", stat.size, stat.comp_size));
+    throw fail(
+        fmt::format("claims {} bytes of {} compressed ones and is not read; if that is right, save it uncompressed",
+                    stat.size, stat.comp_size));
   }
 
   const std::unique_ptr<zip_file_t, FileCloser> file(zip_fopen_index(archive_->handle, found->second, 0));

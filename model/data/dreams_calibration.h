@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "model/data/foreground.h"
 #include "host/io/lens.h"
+#include "model/data/foreground.h"
 
 namespace degas {
 

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "host/io/lens.h"
 #include "model/data/capture.h"
 #include "model/data/dreams_calibration.h"
 #include "model/data/dreams_codes.h"
 #include "model/data/foreground.h"
-#include "host/io/lens.h"
 #include "model/data/smplx_parameters.h"
 
 namespace degas {

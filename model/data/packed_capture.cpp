@@ -76,9 +76,7 @@ std::span<const std::byte> PackedCapture::section(PackSection which) const {
 
 void PackedCapture::read_description(double image_scale) {
   const std::span<const std::byte> bytes = section(PackSection::Description);
-  const auto* text = reinterpret_cast<const char*>(bytes.data());
-  const auto json = nlohmann::ordered_json::parse(text, text + bytes.size(),
-                                                  json_limits<nlohmann::ordered_json>(path_.string()), false);
+  const auto json = nlohmann::ordered_json::parse(checked_json(bytes, path_.string()), nullptr, false);
   const JsonNode description(json, path_.string());
   if (json.is_discarded()) description.fail("its description is no JSON");
   identity_ = description["identity"].text();

@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "host/io/lens.h"
 #include "model/data/capture.h"
 #include "model/data/dreams_codes.h"
 #include "model/data/foreground.h"
-#include "host/io/lens.h"
 #include "model/data/numbered_files.h"
 #include "model/data/smplx_parameters.h"
 

@@ -46,8 +46,9 @@ std::vector<int64_t> read_frame_numbers(const NpzFile& file, int64_t rows) {
 /// What the file says the smplx package was called with; an empty object where it does not.
 nlohmann::json read_arguments(const NpzFile& file) {
   if (!file.contains("smplx_kwargs")) return nlohmann::json::object();
-  nlohmann::json arguments =
-      nlohmann::json::parse(file.read("smplx_kwargs").text(), json_limits<nlohmann::json>(file.path().string()), false);
+  const std::string text = file.read("smplx_kwargs").text();
+  check_json(text, file.path().string());
+  nlohmann::json arguments = nlohmann::json::parse(text, nullptr, false);
   if (arguments.is_discarded()) throw Error::format("{}: 'smplx_kwargs' is no JSON", file.path().string());
   return arguments.is_object() ? arguments : nlohmann::json::object();
 }

@@ -28,9 +28,7 @@ std::vector<fs::path> code_files(const fs::path& folder) {
 /// The settings that codes in the folder were made with; Error when there are codes that were made otherwise.
 void require_same(const fs::path& file, const nlohmann::json& settings) {
   const std::vector<std::byte> bytes = read_file_bytes(file);
-  const auto* text = reinterpret_cast<const char*>(bytes.data());
-  const auto known =
-      nlohmann::json::parse(text, text + bytes.size(), json_limits<nlohmann::json>(file.string()), false);
+  const auto known = nlohmann::json::parse(checked_json(bytes, file.string()), nullptr, false);
   if (!known.is_object()) throw Error::format("{}: is no JSON object; {}", file.string(), remedy);
   for (const auto& [key, value] : settings.items()) {
     if (known.contains(key) && known.at(key) == value) continue;

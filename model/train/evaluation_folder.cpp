@@ -61,8 +61,7 @@ std::vector<EvaluatedPicture> EvaluationFolder::read_pictures() const {
   const std::vector<std::byte> bytes = read_file_bytes(path);
   std::vector<EvaluatedPicture> pictures;
   try {
-    const auto* text = reinterpret_cast<const char*>(bytes.data());
-    for (const Json& line : Json::parse(text, text + bytes.size(), json_limits<Json>("boxes"))) {
+    for (const Json& line : Json::parse(checked_json(bytes, "its boxes"))) {
       const std::optional<Rectangle> person = box_of(line.at("person"));
       if (!person) throw Error("'person' is null");
       pictures.push_back({line.at("camera"), line.at("frame"), line.at("refined"), *person, box_of(line.at("face")),

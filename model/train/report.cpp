@@ -23,8 +23,9 @@ std::string read_file(const fs::path& path) {
 }
 
 nlohmann::json parse(const std::string& text, const fs::path& path) {
+  check_json(text, path.string());
   try {
-    return nlohmann::json::parse(text, json_limits<nlohmann::json>(path.string()));
+    return nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {
     throw Error::format("{}: not JSON: {}", path.string(), error.what());
   }

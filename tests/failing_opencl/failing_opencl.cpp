@@ -121,11 +121,20 @@ cl_int clGetDeviceInfo(cl_device_id device, cl_device_info key, size_t size, voi
   static auto* const query = REAL(clGetDeviceInfo);
   const cl_int status = query(device, key, size, value, needed);
   if (status != CL_SUCCESS || !value) return status;
-  if (key == CL_DEVICE_TYPE && asked("gpu")) *static_cast<cl_device_type*>(value) = CL_DEVICE_TYPE_GPU;
-  if (key == CL_DEVICE_MAX_WORK_GROUP_SIZE && asked("small")) *static_cast<size_t*>(value) = small_group;
+  if (key == CL_DEVICE_TYPE && asked("gpu")) {
+    note("gpu");
+    *static_cast<cl_device_type*>(value) = CL_DEVICE_TYPE_GPU;
+  }
+  if (key == CL_DEVICE_MAX_WORK_GROUP_SIZE && asked("small")) {
+    note("small");
+    *static_cast<size_t*>(value) = small_group;
+  }
   if (key == CL_DEVICE_LOCAL_MEM_SIZE && asked("small")) *static_cast<cl_ulong*>(value) = small_local_bytes;
   if (key == CL_DEVICE_EXTENSIONS && asked("no_double")) {
-    if (char* found = std::strstr(static_cast<char*>(value), "cl_khr_fp64")) std::memset(found, 'x', 11);
+    if (char* found = std::strstr(static_cast<char*>(value), "cl_khr_fp64")) {
+      note("no_double");
+      std::memset(found, 'x', 11);
+    }
   }
   return status;
 }

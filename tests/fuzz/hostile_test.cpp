@@ -206,8 +206,11 @@ TEST_CASE("JSON that nests deeply or is all values is refused") {
     check_refused(name, bytes_of("\"" + std::string(many, 'x')), read, name);
   }
   const TemporaryFolder folder;
-  write_folder({{"wide.json", bytes_of("[" + repeated("0,", 5'000'000) + "0]")}}, folder.path());
+  write_folder({{"wide.json", bytes_of("[" + repeated("0,", 10'000'000) + "0]")}}, folder.path());
   CHECK_THROWS_WITH(read_json(folder / "wide.json"), Contains("wide.json: JSON of more than"));
+  // Read in a time that grows with their number, not its square.
+  write_folder({{"long.json", bytes_of("[" + repeated("{},", 500'000) + "{}]")}}, folder.path());
+  CHECK(read_json(folder / "long.json").size() == 500'001);
 }
 
 TEST_CASE("checkpoints of negative, absurd or nested contents are refused") {

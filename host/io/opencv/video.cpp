@@ -42,7 +42,7 @@ VideoReader::VideoReader(const fs::path& path) : path_(path), stream_(new Stream
   frames_per_second_ = capture.get(cv::CAP_PROP_FPS);
   if (width_ <= 0 || height_ <= 0 || frame_count_ <= 0) throw Error::format("{}: holds no video frames", path.string());
   const uintmax_t bytes = fs::file_size(path, failure);
-  if (failure || static_cast<uintmax_t>(frame_count_) > bytes) {
+  if (!failure && static_cast<uintmax_t>(frame_count_) > bytes) {
     throw Error::format("{}: claims {} frames in {} bytes; the file is damaged", path.string(), frame_count_, bytes);
   }
 }

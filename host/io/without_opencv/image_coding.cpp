@@ -11,6 +11,7 @@ namespace {
 
 /// Of a PNG file: deflate makes at most 1032 bytes of one, and a byte holds at most eight pixels.
 constexpr uint64_t most_pixels_a_byte = 8 * 1032;
+constexpr uint64_t most_pixels = uint64_t{1} << 28;
 
 /// How much a pixel of a row counts in one of the resized row.
 struct Share {
@@ -54,11 +55,13 @@ Image8 decode_image(std::span<const std::byte> bytes, int channels, const std::s
   png_image file = described(0, 0, 0);
   const Error damaged = Error::format("{}: is no picture that can be decoded; the PNG file is damaged", label);
   if (!png_image_begin_read_from_memory(&file, data, bytes.size())) throw damaged;
-  if (uint64_t{file.width} * file.height > most_pixels_a_byte * bytes.size()) {
+  const uint64_t pixels = uint64_t{file.width} * file.height;
+  if (pixels > most_pixels_a_byte * bytes.size() || pixels > most_pixels) {
     png_image_free(&file);
     throw damaged;
   }
-  // Colours of grey pictures, grey of coloured ones and no alpha, as OpenCV reads them.
+  // Colours of grey pictures, grey of coloured ones and no alpha, as OpenCV reads them; but libpng heeds a gAMA chunk,
+  // which OpenCV does not.
   const bool colored = channels == 3 || (file.format & PNG_FORMAT_FLAG_COLOR) != 0;
   file.format = (colored ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY) | (file.format & PNG_FORMAT_FLAG_ALPHA);
   file.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;
