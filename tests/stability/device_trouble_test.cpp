@@ -61,6 +61,19 @@ void check_ends_and_goes_on(const std::string& which, const std::vector<std::str
   CHECK(same_bits);
 }
 
+/// Training in trouble, which leaves `line` in the log, ends with the bits of an undisturbed run.
+void check_unharmed(const std::string& which, const std::string& line) {
+  const TemporaryFolder folder;
+  const Config config = saving_config();
+  TrainCommand train(folder, config);
+  const Trouble trouble(folder, which);
+  train.environment = trouble.environment;
+  CHECK(train().exit_code == 0);
+  CHECK(trouble.was_made(line));
+  const bool same_bits = checkpoint_of(train) == undisturbed(config);
+  CHECK(same_bits);
+}
+
 }  // namespace
 
 TEST_CASE("a device that is lost ends training in one line, and the run goes on to the same bits") {
@@ -74,15 +87,7 @@ TEST_CASE("memory that runs out ends training in one line, and the run goes on t
 }
 
 TEST_CASE("a buffer that finds no memory once finds what the pool gives back") {
-  const TemporaryFolder folder;
-  const Config config = saving_config();
-  TrainCommand train(folder, config);
-  const Trouble trouble(folder, "squeeze:120");
-  train.environment = trouble.environment;
-  CHECK(train().exit_code == 0);
-  CHECK(trouble.was_made());
-  const bool same_bits = checkpoint_of(train) == undisturbed(config);
-  CHECK(same_bits);
+  check_unharmed("squeeze:120", "memory");
 }
 
 TEST_CASE("a driver that builds nothing is named in one line, and its log is kept") {
@@ -114,13 +119,5 @@ TEST_CASE("a GPU too small for cooperative work-groups runs the other kernel set
 }
 
 TEST_CASE("training needs no double precision") {
-  const TemporaryFolder folder;
-  const Config config = saving_config();
-  TrainCommand train(folder, config);
-  const Trouble trouble(folder, "no_double");
-  train.environment = trouble.environment;
-  CHECK(train().exit_code == 0);
-  CHECK(trouble.was_made("no_double"));
-  const bool same_bits = checkpoint_of(train) == undisturbed(config);
-  CHECK(same_bits);
+  check_unharmed("no_double", "no_double");
 }
