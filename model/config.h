@@ -114,6 +114,15 @@ struct FaceConfig {
   int frontal_views = 4;                 ///< face codes of a frame come from so many most frontal cameras
 };
 
+/// What is made wrong of a capture before it trains, to see what training withstands (model/data/corrupted_capture.h).
+struct CorruptionConfig {
+  double registration_degrees = 0;  ///< each joint of each frame is turned by an angle up to this ..
+  double registration_metres = 0;   ///< .. and the body moved by a length up to this
+  double wrong_masks = 0;           ///< share of the pictures whose mask is shifted, lacks a part or has one too much
+  double missing_codes = 0;         ///< share of the frames that lose their face codes
+  bool operator==(const CorruptionConfig&) const = default;
+};
+
 /// What of a capture is used. Cameras by name, frames by row, both also by ranges (model/data/selection.h); an empty
 /// list means all, but holds out and validates none.
 struct DataConfig {
@@ -124,6 +133,7 @@ struct DataConfig {
   std::vector<std::string> frames;      ///< rows of the capture's parameters
   bool crop_to_person = false;          ///< train on the person's box rather than whole pictures
   int crop_margin = 16;                 ///< pixels around that box
+  CorruptionConfig corruption;          ///< none
 };
 
 struct RenderConfig {

@@ -132,6 +132,14 @@ void visit_fields(FaceConfig& config, Visitor& visit) {
 }
 
 template <typename Visitor>
+void visit_fields(CorruptionConfig& config, Visitor& visit) {
+  FIELD(registration_degrees);
+  FIELD(registration_metres);
+  FIELD(wrong_masks);
+  FIELD(missing_codes);
+}
+
+template <typename Visitor>
 void visit_fields(DataConfig& config, Visitor& visit) {
   FIELD(image_scale);
   FIELD(cameras);
@@ -140,6 +148,7 @@ void visit_fields(DataConfig& config, Visitor& visit) {
   FIELD(frames);
   FIELD(crop_to_person);
   FIELD(crop_margin);
+  FIELD(corruption);
 }
 
 template <typename Visitor>

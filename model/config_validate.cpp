@@ -77,6 +77,14 @@ void validate_loss(const LossConfig& loss, const Checker& check) {
                 "above 0 and below loss.scale_limit");
 }
 
+void validate_corruption(const CorruptionConfig& corruption, const Checker& check) {
+  check.require(corruption.registration_degrees >= 0 && corruption.registration_degrees <= 180,
+                "data.corruption.registration_degrees", corruption.registration_degrees, "from 0 to 180");
+  check.not_negative("data.corruption.registration_metres", corruption.registration_metres);
+  check.fraction("data.corruption.wrong_masks", corruption.wrong_masks);
+  check.fraction("data.corruption.missing_codes", corruption.missing_codes);
+}
+
 void validate_train(const TrainConfig& train, const Checker& check) {
   check.positive("train.iterations", static_cast<double>(train.iterations));
   check.positive("train.views_per_step", train.views_per_step);
@@ -112,6 +120,7 @@ void validate(const Config& config, const std::string& name) {
                 config.data.image_scale, "above 0 and at most 4");
   check.positive("face.frontal_views", config.face.frontal_views);
   check.not_negative("data.crop_margin", config.data.crop_margin);
+  validate_corruption(config.data.corruption, check);
   check.positive("render.near_plane", config.render.near_plane);
   check.not_negative("render.blur", config.render.blur);
 }

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+
 #include <memory>
 
 #include "host/error.h"
@@ -15,6 +16,7 @@ namespace {
 struct AblateOptions {
   StudyChoice choice;
   std::string study;
+  std::vector<std::string> only;
 };
 
 void ablate(const AblateOptions& options) {
@@ -22,7 +24,8 @@ void ablate(const AblateOptions& options) {
   const StudySetup setup = options.choice.setup(base);
   base.config.data.hold_out = setup.hold_out;
   const auto capture = open_capture(setup.data, setup.capture);
-  const std::vector<Variant> variants = study_variants(options.study, base, *capture);
+  std::vector<Variant> variants = study_variants(options.study, base, *capture);
+  if (!options.only.empty()) variants = named_variants(variants, options.only);
   const nlohmann::json before = read_json_if_any(setup.output / "ablation.json");
   if (before.is_object() && before.value("study", options.study) != options.study) {
     throw Error::format("--out {}: holds the study '{}', whose table would be lost; name another folder",
@@ -59,9 +62,13 @@ void add_ablate_command(CLI::App& app) {
   command
       ->add_option("--study", options->study,
                    "encoders: each off; views: 3, 6, 12 and all cameras; face: what tells the expression;\n"
-                   "losses: each term off; size: width and resolution halved and doubled")
+                   "losses: each term off; size: width and resolution halved and doubled;\n"
+                   "stability: a ramp of the learning rate, bad registration, wrong masks, missing face codes")
       ->required()
       ->check(CLI::IsMember(study_names()));
+  command->add_option("--only", options->only,
+                      "Only this variant of the study, by its name in the table, and the one that it is compared\n"
+                      "with; may be repeated");
   add_study_options(*command, options->choice);
   command->get_option("--out")->required();
   command->callback([options] { ablate(*options); });

@@ -48,7 +48,8 @@ void evaluate_run(const EvalOptions& options) {
   Device device(options.device.options());
   set_tuner(device, options.device.tune.value_or(TuneMode::Off));
   TrainedAvatar avatar(device, RunFolder(options.run));
-  const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(avatar.config()));
+  const std::unique_ptr<Capture> capture =
+      avatar.as_registered(open_capture(options.data, options.capture.options(avatar.config())));
   EvaluationOptions evaluation = evaluation_of(options, device, avatar.config().loss);
   const std::vector<std::string>& held_out = avatar.config().data.hold_out;
   const std::vector<std::string> cameras = options.cameras.empty() ? held_out : selection_parts(options.cameras);

@@ -34,7 +34,8 @@ void add_export_command(CLI::App& app) {
     Device device(options->device.options());
     set_tuner(device, options->device.tune.value_or(TuneMode::Off));
     TrainedAvatar avatar(device, RunFolder(options->run));
-    const std::unique_ptr<Capture> capture = open_capture(options->data, options->capture.options(avatar.config()));
+    const std::unique_ptr<Capture> capture =
+        avatar.as_registered(open_capture(options->data, options->capture.options(avatar.config())));
     if (options->frame < 0 || options->frame >= capture->frame_count()) {
       throw Error::format("--frame {}: the capture has frames 0 .. {}", options->frame, capture->frame_count() - 1);
     }

@@ -59,7 +59,8 @@ void render(const RenderOptions& options) {
   Device device(options.device.options());
   set_tuner(device, options.device.tune.value_or(TuneMode::Off));
   TrainedAvatar avatar(device, RunFolder(options.run));
-  const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(avatar.config()));
+  const std::unique_ptr<Capture> capture =
+      avatar.as_registered(open_capture(options.data, options.capture.options(avatar.config())));
   FaceCodes codes = avatar.face_codes(*capture);
   const bool is_video = options.output.extension() == ".mp4";
   const std::vector<Shot> shots = plan_shots(options, avatar.avatar(), *capture, is_video);

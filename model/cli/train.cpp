@@ -5,6 +5,7 @@
 #include "model/cli/commands.h"
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
+#include "model/data/corrupted_capture.h"
 #include "model/data/selection.h"
 #include "model/train/stop_signal.h"
 #include "model/train/training_run.h"
@@ -63,7 +64,8 @@ void print_profile(Device& device, int64_t steps) {
 
 void train(const TrainOptions& options) {
   const Config config = config_of(options);
-  const std::unique_ptr<Capture> capture = open_capture(options.data, options.capture.options(config));
+  const std::unique_ptr<Capture> capture =
+      corrupted(open_capture(options.data, options.capture.options(config)), config.data.corruption, config.train.seed);
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);
@@ -108,9 +110,10 @@ void add_train_command(CLI::App& app) {
       "stops, --resume goes on with the bits of an uninterrupted run (when the budget is in iterations)");
   auto options = std::make_shared<TrainOptions>();
   command
-      ->add_option("--data", options->data,
-                   "Capture folder in the layout of DREAMS (e.g. PxCy), ActorsHQ, AvatarReX or THuman4, or a file made of\n"
-                   "one by `degas pack`")
+      ->add_option(
+          "--data", options->data,
+          "Capture folder in the layout of DREAMS (e.g. PxCy), ActorsHQ, AvatarReX or THuman4, or a file made of\n"
+          "one by `degas pack`")
       ->required();
   command->add_option("--body", options->body, "Body model, SMPL-X npz layout")->required();
   command->add_option("--config", options->config, "JSON config, e.g. configs/quick.json")->required();

@@ -70,24 +70,24 @@ class CachedCapture::Store {
 
 CachedCapture::CachedCapture(std::unique_ptr<Capture> source, const fs::path& folder,
                              std::function<void(const std::string&)> warn)
-    : source_(std::move(source)), folder_(folder / source_->picture_identity()), warn_(std::move(warn)) {
-  for (size_t i = 0; i < source_->camera_names().size(); ++i) mutexes_.push_back(std::make_unique<std::mutex>());
+    : WrappedCapture(std::move(source)), folder_(folder / picture_identity()), warn_(std::move(warn)) {
+  for (size_t i = 0; i < camera_names().size(); ++i) mutexes_.push_back(std::make_unique<std::mutex>());
   stores_.resize(mutexes_.size());
 }
 
 CachedCapture::~CachedCapture() = default;
 
 bool CachedCapture::has_image(int frame, int camera) const {
-  return source_->has_image(frame, camera) && !store(camera).frame(frame).empty();
+  return source().has_image(frame, camera) && !store(camera).frame(frame).empty();
 }
 
 Sample CachedCapture::load(int frame, int camera) const {
   // What the source does not have is its to explain, and so is what it cannot decode.
   if (frame < 0 || frame >= frame_count() || camera < 0 || camera >= static_cast<int>(stores_.size()) ||
       !has_image(frame, camera)) {
-    return source_->load(frame, camera);
+    return source().load(frame, camera);
   }
-  Sample sample{frame, camera, source_->camera(camera), {}, {}};
+  Sample sample{frame, camera, source().camera(camera), {}, {}};
   if (!unpack_person(store(camera).frame(frame), sample.view.width, sample.view.height, sample.image, sample.mask)) {
     throw Error::format("{}: the cached picture of frame {} of {} is damaged; delete this folder", folder_.string(),
                         frame, camera_names()[static_cast<size_t>(camera)]);
@@ -101,10 +101,10 @@ const CachedCapture::Store& CachedCapture::store(int camera) const {
   if (stores_[place]) return *stores_[place];
   const fs::path path = folder_ / (camera_names()[place] + ".pixels");
   auto opened = std::make_unique<Store>();
-  if (!opened->open(path, source_->camera(camera), frame_count())) {
+  if (!opened->open(path, source().camera(camera), frame_count())) {
     decode(camera, path);
     opened = std::make_unique<Store>();
-    if (!opened->open(path, source_->camera(camera), frame_count())) {
+    if (!opened->open(path, source().camera(camera), frame_count())) {
       throw Error::format("{}: cannot be read back; is the disk full?", path.string());
     }
   }
@@ -126,7 +126,7 @@ void CachedCapture::decode(int camera, const fs::path& path) const {
   std::ofstream stream(temporary, std::ios::binary);
   if (!stream) throw fail();
 
-  const Camera view = source_->camera(camera);
+  const Camera view = source().camera(camera);
   Header header;
   header.width = view.width;
   header.height = view.height;
@@ -139,8 +139,8 @@ void CachedCapture::decode(int camera, const fs::path& path) const {
   for (int frame = 0; frame < frame_count(); ++frame) {
     std::vector<std::byte> packed;
     try {
-      if (source_->has_image(frame, camera)) {
-        const Sample sample = source_->load(frame, camera);
+      if (source().has_image(frame, camera)) {
+        const Sample sample = source().load(frame, camera);
         packed = pack_person(sample.image, sample.mask);
       }
     } catch (const Error& reason) {

@@ -71,6 +71,8 @@ std::string with_error(const std::string& measure, const json& value, const char
 std::string training_text(const json& runs) {
   std::vector<std::string> steps;
   for (const json& run : runs) steps.push_back(std::to_string(run.at("training").at("steps").get<int64_t>()));
+  // Under a budget in steps all seeds have as many.
+  if (std::adjacent_find(steps.begin(), steps.end(), std::not_equal_to<>()) == steps.end()) return steps.front();
   return fmt::format("{}", fmt::join(steps, ", "));
 }
 
@@ -81,6 +83,9 @@ std::string result_table(const json& variants, const std::string& evaluation,
   std::vector<std::vector<std::string>> rows = {{evaluation}};
   for (const std::string& measure : measures) rows[0].push_back(measure_label(measure));
   rows[0].insert(rows[0].end(), {"frames/s", "steps"});
+  const bool has_seeds =
+      std::any_of(variants.begin(), variants.end(), [](const json& v) { return v["runs"].size() > 2; });
+  if (has_seeds) rows[0].insert(rows[0].end(), {"PSNR, worst seed minus median", "steps skipped"});
   if (has_paper) rows[0].push_back("paper: DREAMS-Avatar");
   for (const json& variant : variants) {
     const json& values = variant["evaluations"][evaluation]["spread"];
@@ -89,6 +94,13 @@ std::string result_table(const json& variants, const std::string& evaluation,
       row.push_back(values.contains(measure) ? with_error(measure, values[measure], "deviation", false) : "");
     row.push_back(values.contains("fps") ? fmt::format("{:.1f}", values["fps"]["mean"].get<double>()) : "");
     row.push_back(training_text(variant["runs"]));
+    if (has_seeds) {
+      const json& psnr = values["psnr"];
+      row.push_back(measure_text("psnr", psnr["lowest"].get<double>() - psnr["median"].get<double>(), true));
+      int64_t skipped = 0;
+      for (const json& run : variant["runs"]) skipped += run["training"].value("skipped_steps", int64_t{0});
+      row.push_back(std::to_string(skipped));
+    }
     std::vector<std::string> paper;
     for (const json& published : variant["paper"]) {
       std::string text = published["label"].get<std::string>();

@@ -127,7 +127,8 @@ std::map<std::string, double> FrameTable::means(const std::vector<int>* frames) 
 }
 
 nlohmann::json Spread::json() const {
-  nlohmann::json json = {{"mean", mean}, {"count", count}};
+  nlohmann::json json = {
+      {"mean", mean}, {"median", median}, {"lowest", lowest}, {"highest", highest}, {"count", count}};
   if (deviation) json["deviation"] = *deviation;
   return json;
 }
@@ -137,6 +138,11 @@ Spread spread_of(const std::vector<double>& values) {
   spread.count = values.size();
   if (values.empty()) return spread;
   for (const double value : values) spread.mean += value / static_cast<double>(values.size());
+  std::vector<double> sorted = values;
+  std::sort(sorted.begin(), sorted.end());
+  spread.lowest = sorted.front();
+  spread.highest = sorted.back();
+  spread.median = (sorted[(sorted.size() - 1) / 2] + sorted[sorted.size() / 2]) / 2;
   if (values.size() < 2) return spread;
   double squares = 0;
   for (const double value : values) squares += (value - spread.mean) * (value - spread.mean);

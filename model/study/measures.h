@@ -37,6 +37,7 @@ struct FrameTable {
 struct Spread {
   double mean = 0;
   std::optional<double> deviation;  ///< sample standard deviation; nothing of fewer than two
+  double median = 0, lowest = 0, highest = 0;
   size_t count = 0;
   nlohmann::json json() const;
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "host/error.h"
+#include "model/net/map_network.h"
 #include "model/train/training_views.h"
 
 namespace degas {
@@ -95,10 +96,28 @@ std::vector<Variant> size_study(const Variant& base) {
   return all;
 }
 
+std::vector<Variant> stability_study(const Variant& base) {
+  std::vector<Variant> all = {varied(base, "as recorded", {})};
+  const auto add = [&](const std::string& name, const std::vector<std::string>& overrides) {
+    all.push_back(varied(base, name, overrides));
+  };
+  if (base.config.train.warm_up_steps > 0) {
+    add("no ramp of the learning rate", {"train.warm_up_steps=0"});
+  } else {
+    add("learning rate ramped up over 100 steps", {"train.warm_up_steps=100"});
+  }
+  add("registration off by up to 3 degrees and 1 cm",
+      {"data.corruption.registration_degrees=3", "data.corruption.registration_metres=0.01"});
+  add("20 % of masks wrong", {"data.corruption.wrong_masks=0.2"});
+  if (base.config.face.signal == FaceSignal::Code && reads_face_code(base.config.net))
+    add("30 % of frames without face codes", {"data.corruption.missing_codes=0.3"});
+  return all;
+}
+
 }  // namespace
 
 std::vector<std::string> study_names() {
-  return {"encoders", "views", "face", "losses", "size"};
+  return {"encoders", "views", "face", "losses", "size", "stability"};
 }
 
 std::vector<int> spread_cameras(const std::vector<int>& cameras, const Capture& capture, int count) {
@@ -136,16 +155,31 @@ std::vector<int> spread_cameras(const std::vector<int>& cameras, const Capture& 
 }
 
 std::vector<Variant> study_variants(const std::string& study, const Variant& base, const Capture& capture) {
-  std::vector<Variant> all = study == "encoders" ? encoder_study(base)
-                             : study == "views"  ? view_study(base, capture)
-                             : study == "face"   ? face_study(base)
-                             : study == "losses" ? loss_study(base)
-                             : study == "size"   ? size_study(base)
-                                                 : std::vector<Variant>();
+  std::vector<Variant> all = study == "encoders"    ? encoder_study(base)
+                             : study == "views"     ? view_study(base, capture)
+                             : study == "face"      ? face_study(base)
+                             : study == "losses"    ? loss_study(base)
+                             : study == "size"      ? size_study(base)
+                             : study == "stability" ? stability_study(base)
+                                                    : std::vector<Variant>();
   if (all.empty())
     throw Error::format("--study {}: no such study; there are {}", study, fmt::join(study_names(), ", "));
   if (all.size() < 2) throw Error::format("--study {}: the config leaves nothing to compare", study);
   return all;
+}
+
+std::vector<Variant> named_variants(const std::vector<Variant>& variants, const std::vector<std::string>& names) {
+  std::vector<std::string> there;
+  for (const Variant& variant : variants) there.push_back(variant.name);
+  for (const std::string& name : names) {
+    if (std::find(there.begin(), there.end(), name) == there.end())
+      throw Error::format("--only '{}': no such variant; there are '{}'", name, fmt::join(there, "', '"));
+  }
+  std::vector<Variant> chosen;
+  for (const Variant& variant : variants) {
+    if (chosen.empty() || std::find(names.begin(), names.end(), variant.name) != names.end()) chosen.push_back(variant);
+  }
+  return chosen;
 }
 
 }  // namespace degas

@@ -9,6 +9,7 @@
 #include "host/device/tuner.h"
 #include "host/error.h"
 #include "host/io/file_bytes.h"
+#include "model/data/corrupted_capture.h"
 #include "model/data/selection.h"
 #include "model/study/json_file.h"
 #include "model/study/measures.h"
@@ -179,7 +180,7 @@ double VariantRun::minutes_by_history() const {
 bool VariantRun::train_to(double fraction, const Progress& progress) {
   CaptureOptions options = setup_.capture;
   options.image_scale = config_.data.image_scale;
-  const auto capture = open_capture(setup_.data, options);
+  const auto capture = corrupted(open_capture(setup_.data, options), config_.data.corruption, config_.train.seed);
   Device device(setup_.device);
   TrainingRun run(device, config_, *capture, run_folder_, setup_.body, true, setup_.tune);
   Trainer& trainer = run.trainer();
@@ -190,15 +191,17 @@ bool VariantRun::train_to(double fraction, const Progress& progress) {
     return spent >= fraction;
   };
   double loss = 0;
+  json& row = state_["training"];
   trainer.run({setup_.budget.step_limit(), setup_.budget.minutes,
                [&] { return setup_.stop_requested() || (fraction < 1 && reached()); }},
               [&](const TrainingReport& report) {
+                row["skipped_steps"] = report.skipped;
+                row["dead_texels"] = report.dead_texels;
                 if (report.losses.count("loss")) loss = report.losses.at("loss");
                 progress(
                     (1 - evaluation_share) * report.fraction,
                     fmt::format("step {}  loss {:.4f}  {:.2f} steps/s", report.step, loss, report.steps_per_second));
               });
-  json& row = state_["training"];
   row["steps"] = trainer.step();
   row["minutes"] = setup_.budget.minutes ? trainer.minutes_spent() : minutes_by_history();
   row["parameters"] = trainer.avatar().network().parameters().count();
@@ -221,6 +224,7 @@ json VariantRun::evaluate_all(const fs::path& folder, bool is_last, const Progre
     Device device(setup_.device);
     set_tuner(device, setup_.tune);
     TrainedAvatar avatar(device, RunFolder(run_folder_));
+    capture = avatar.as_registered(std::move(capture));
     EvaluationOptions options;
     options.cameras = evaluation_cameras(setup_, list[i], *capture);
     const std::vector<int> few = milestone_frames(capture->frame_count());

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/error.h"
+#include "model/data/corrupted_capture.h"
 #include "model/train/training_state.h"
 
 namespace degas {
@@ -68,6 +69,13 @@ FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
       capture, std::move(cameras), face,
       [this, &capture](int frame, const Camera& camera) { return avatar_->frontal_angle(capture.pose(frame), camera); },
       face_code_size_);
+}
+
+std::unique_ptr<Capture> TrainedAvatar::as_registered(std::unique_ptr<Capture> capture) const {
+  if (capture->picture_identity() != picture_identity_) return capture;
+  CorruptionConfig registration = config_.data.corruption;
+  registration.wrong_masks = registration.missing_codes = 0;
+  return corrupted(std::move(capture), registration, config_.train.seed);
 }
 
 bool TrainedAvatar::is_refined(const Capture& capture, int frame) const {

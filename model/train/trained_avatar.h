@@ -27,6 +27,10 @@ class TrainedAvatar {
   /// another length than the trained ones.
   FaceCodes face_codes(const Capture& capture) const;
 
+  /// The capture in the registration that training knew, where it is the recording of the training: data.corruption
+  /// moved it, and what training refined starts there. Its pictures and codes stay right, and so does any other capture.
+  std::unique_ptr<Capture> as_registered(std::unique_ptr<Capture> capture) const;
+
   bool has_refined_poses() const { return !corrections_.empty(); }
   /// Whether this frame is drawn with a refined pose.
   bool is_refined(const Capture& capture, int frame) const;
