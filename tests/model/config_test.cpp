@@ -41,6 +41,8 @@ TEST_CASE("faults of a file are one line that names file, key and remedy") {
   CHECK_THROWS_WITH(fault(R"({"net": {"widht": 1}})"),
                     "f.json: unknown key 'net.widht'; the nearest known key is 'net.width'");
   CHECK_THROWS_WITH(fault(R"({"nett": {}})"), Contains("nearest known key is 'net'"));
+  CHECK_THROWS_WITH(fault(R"({"data": {"corruption": {"wrong_masks": 20}}})"),
+                    "f.json: 'data.corruption.wrong_masks' is 20; it must be in [0, 1)");
   CHECK_THROWS_WITH(fault(R"({"net": 3})"), Contains("'net' must be a section"));
   CHECK_THROWS_WITH(fault(R"({"net": {"width": "wide"}})"), "f.json: 'net.width' must be a number, not \"wide\"");
   CHECK_THROWS_WITH(fault(R"({"net": {"use_pvm": 1}})"), Contains("'net.use_pvm' must be true or false"));

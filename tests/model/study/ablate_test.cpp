@@ -130,6 +130,32 @@ TEST_CASE("a variant interrupted under a budget in minutes goes on with its rema
   CHECK_THAT(record.at("command").get<std::string>(), Contains("--minutes 0.1"));
 }
 
+TEST_CASE("a stability study tells the worst of its seeds, and its evaluations are repeated by degas eval") {
+  const TemporaryFolder folder;
+  StudyCommand ablate(folder, "ablate", 3);
+  ablate.more = {"--study", "stability", "--only", "registration off by up to 3 degrees and 1 cm",
+                 "--seeds", "3",         "--set",  "train.refine_poses=true"};
+  check_finished(ablate());
+  const json ablation = json::parse(file_text(ablate.output / "ablation.json"));
+  REQUIRE(ablation.at("variants").size() == 2);
+  const json& variant = ablation.at("variants")[1];
+  const json& spread = variant.at("evaluations").at("view").at("spread").at("psnr");
+  CHECK(spread.at("count") == 3);
+  CHECK(spread.at("lowest") < spread.at("median"));
+  CHECK(spread.at("median") < spread.at("highest"));
+  CHECK(variant.at("runs")[0].at("training").at("skipped_steps") == 0);
+  CHECK_THAT(file_text(ablate.output / "ablation.md"), Contains("PSNR, worst seed minus median | steps skipped"));
+
+  // The registration that training saw, on the recording that it saw; never a wrong mask in what is measured.
+  const fs::path run = ablate.output / "registration-off-by-up-to-3-degrees-and-1-cm/seed2/run",
+                 scene = training_scene();
+  check_finished(run_program({"eval", "--run", run, "--data", scene / "P1C1", "--cameras", "cam02", "--out",
+                              folder / "again", "--cache", scene / "cache"}));
+  CHECK(json::parse(file_text(folder / "again/metrics.json")).at("psnr") ==
+        variant.at("runs")[1].at("evaluations").at("view").at("metrics").at("psnr"));
+  CHECK(variant.at("runs")[1].at("evaluations").at("view").at("metrics").at("refined_pictures") > 0);
+}
+
 TEST_CASE("studies that cannot be made are refused before anything is written") {
   const TemporaryFolder folder;
   StudyCommand ablate = views_study(folder);

@@ -45,6 +45,18 @@ TEST_CASE("measures are told from counts and times, whatever regions there are")
   CHECK(measure_text("psnr", 1.234, true) == "+1.23");
 }
 
+TEST_CASE("a spread tells mean, median and ends") {
+  const Spread odd = spread_of({3, 1, 8}), even = spread_of({4, 1, 2, 9});
+  CHECK(odd.mean == 4);
+  CHECK(odd.median == 3);
+  CHECK(*odd.deviation == Approx(std::sqrt(13.0)));
+  CHECK(even.median == 3);
+  CHECK(even.lowest == 1);
+  CHECK(even.highest == 9);
+  CHECK_FALSE(spread_of({5}).deviation);
+  CHECK(spread_of({5}).median == 5);
+}
+
 TEST_CASE("paired differences are those of plain sums over the pictures that both have") {
   const std::vector<FrameTable> a = {random_table(40, 1, 1), random_table(40, 1, 2)};
   std::vector<FrameTable> b = {random_table(40, 0, 3), random_table(40, 0, 4)};

@@ -55,7 +55,28 @@ TEST_CASE("studies vary what they say around the base, which comes first") {
   const std::vector<Variant> size = of("size", base_of(R"({"net":{"resolution":128}})"));
   CHECK(names_of(size) ==
         Names{"128 texels, width 1", "128 texels, width 0.5", "256 texels, width 1", "128 texels, width 2"});
+  const std::vector<Variant> stability = of("stability", base_of());
+  CHECK(names_of(stability) == Names{"as recorded", "learning rate ramped up over 100 steps",
+                                     "registration off by up to 3 degrees and 1 cm", "20 % of masks wrong",
+                                     "30 % of frames without face codes"});
+  CHECK(stability[0].config.data.corruption == CorruptionConfig());
+  CHECK(stability[2].config.data.corruption.registration_metres == 0.01);
+  CHECK(stability[4].config.data.corruption.missing_codes == 0.3);
+  CHECK(names_of(of("stability", base_of(R"({"face":{"signal":"mesh"},"train":{"warm_up_steps":9}})"))) ==
+        Names{"as recorded", "no ramp of the learning rate", "registration off by up to 3 degrees and 1 cm",
+              "20 % of masks wrong"});
   CHECK_THROWS_WITH(of("hats", base_of()), Catch::Contains("--study hats: no such study; there are encoders, views"));
+}
+
+TEST_CASE("some of a study's variants are chosen by name, beside the one they are compared with") {
+  const FakeCapture capture;
+  const std::vector<Variant> all = study_variants("face", base_of(), capture);
+  using Names = std::vector<std::string>;
+  CHECK(names_of(named_variants(all, {"none", "mesh"})) == Names{"code", "mesh", "none"});
+  CHECK(names_of(named_variants(all, {"code"})) == Names{"code"});
+  CHECK_THROWS_WITH(named_variants(all, {"hat"}),
+                    "--only 'hat': no such variant; there are 'code', 'expression', "
+                    "'mesh', 'none'");
 }
 
 TEST_CASE("views are spread evenly around the person") {
