@@ -1,12 +1,14 @@
 // Adam over many parameter arrays with one global gradient norm, never waiting for the host.
-//   1. square_sums, once a batch of parameters that have a gradient: squared norms of blocks into `partial`, marks them
-//      present.
+//   1. square_sums, once a batch of parameters that have a gradient: squared norms of blocks into `partial`, whose they
+//      are, and that they are present.
 //   2. decide, once: the norm over all of them; whether the step is applied; clip factor; each parameter's bias
 //      correction.
 //   3. update, once a batch of 1.: moments and values, or nothing when the step is skipped.
 // Batches as in common/batch.cl.
 // state: REAL[2] = norm, factor on the gradients (0 when skipped).
-// counters: int[3] = steps applied, steps skipped, steps skipped in a row up to now.
+// counters: int[5] = steps applied, steps skipped, steps skipped in a row up to now; of the last skipped one its number
+// and the first parameter whose gradient is not finite, or the one with the largest where only their sum overflows.
+// owners: int per slot of `partial`, the number of its parameter.
 // applied, present: int per parameter. bias: REAL[2] per parameter = 1 - beta1^t, sqrt(1 - beta2^t), t = steps in which
 // the parameter itself was updated.
 // -D BLOCK: elements of a work-group and of a slot of `partial`, a multiple of GROUP * V. -D GROUP: items of a
@@ -25,8 +27,8 @@ typedef struct {
 
 // partial[first_slot + b] = sum of squares of the batch's block b
 #define GRADIENT(k) global const REAL *gradient##k,
-kernel void square_sums(EACH(GRADIENT) global REAL* partial, global int* present, local REAL* scratch,
-                        const int first_slot, const Batch batch) {
+kernel void square_sums(EACH(GRADIENT) global REAL* partial, global int* owners, global int* present,
+                        local REAL* scratch, const int first_slot, const Batch batch) {
   const int block = get_group_id(0);
   global const REAL* gradient = gradient0;
   int which = 0;
@@ -51,12 +53,23 @@ kernel void square_sums(EACH(GRADIENT) global REAL* partial, global int* present
   total = sum_of_group(total, scratch);
   if (get_local_id(0) == 0) {
     partial[first_slot + block] = total;
+    owners[first_slot + block] = batch.parameters[which];
     if (begin == 0) present[batch.parameters[which]] = 1;
   }
 }
 
+// The slot to blame for a sum that is not finite.
+int worst_slot(global const REAL* partial, const int slots) {
+  int worst = 0;
+  for (int slot = 0; slot < slots; ++slot) {
+    if (!(partial[slot] <= (REAL)3.0e38f)) return slot;
+    if (partial[slot] > partial[worst]) worst = slot;
+  }
+  return worst;
+}
+
 // A norm above clip_above is scaled to clip_to (clip_above 0: never). log_beta: natural logarithms of the betas.
-kernel void decide(global const REAL* partial, global int* present, global int* applied, global REAL* bias,
+kernel void decide(global const REAL* partial, global const int* owners, global int* present, global int* applied, global REAL* bias,
                    global REAL* state, global int* counters, local REAL* scratch, const int slots, const int parameters,
                    const REAL clip_above, const REAL clip_to, const REAL log_beta1, const REAL log_beta2) {
   const int item = get_local_id(0);
@@ -69,6 +82,10 @@ kernel void decide(global const REAL* partial, global int* present, global int* 
     const int finite = norm <= (REAL)3.0e38f;
     state[0] = norm;
     state[1] = !finite ? 0 : clip_above > 0 && norm > clip_above ? clip_to / norm : (REAL)1;
+    if (!finite) {
+      counters[3] = counters[0] + counters[1];
+      counters[4] = owners[worst_slot(partial, slots)];
+    }
     counters[0] += finite;
     counters[1] += !finite;
     counters[2] = finite ? 0 : counters[2] + 1;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <tuple>
@@ -13,6 +14,7 @@ namespace degas {
 namespace {
 
 constexpr int64_t block = 4096;
+constexpr std::array<int32_t, 5> no_steps = {0, 0, 0, -1, -1};  // the kernels' counters
 
 /// The kernels' Batch.
 struct BatchArgument {
@@ -55,11 +57,12 @@ void Adam::allocate() {
   int64_t slots = 1;
   for (const Parameter& parameter : parameters_) slots += slots_of(parameter.value);
   partial_ = Tensor(device_, {slots});
+  owners_ = Tensor(device_, {slots}, Element::Int32);
   present_ = Tensor::zeros(device_, {count}, Element::Int32);
   applied_ = Tensor::zeros(device_, {count}, Element::Int32);
   bias_ = Tensor::zeros(device_, {count, 2});
   state_ = Tensor::zeros(device_, {2});
-  counters_ = Tensor::zeros(device_, {3}, Element::Int32);
+  counters_ = Tensor::from(device_, {5}, std::span<const int32_t>(no_steps));
 }
 
 /// `arrays` gives a parameter's tensors; the batch is the kernel's last argument.
@@ -112,12 +115,12 @@ void Adam::step(const std::vector<double>& learning_rates) {
   int slots = 0;
   for (const Batch& batch : batches) {
     launch_batch(
-        square_sums, batch, [](const Parameter& p) { return std::tuple(p.value.gradient()); }, partial_, present_,
-        scratch, slots);
+        square_sums, batch, [](const Parameter& p) { return std::tuple(p.value.gradient()); }, partial_, owners_,
+        present_, scratch, slots);
     slots += batch.blocks;
   }
   adam_kernel(device_, "decide")
-      .launch({group}, {group}, partial_, present_, applied_, bias_, state_, counters_, scratch, slots,
+      .launch({group}, {group}, partial_, owners_, present_, applied_, bias_, state_, counters_, scratch, slots,
               static_cast<int>(parameters_.size()), options_.clip_above, options_.clip_to, std::log(options_.beta1),
               std::log(options_.beta2));
   for (const Batch& batch : batches) {
@@ -136,7 +139,9 @@ void Adam::clear_gradients() {
 Adam::Counters Adam::counters() const {
   if (parameters_.empty()) return {};
   const std::vector<int32_t> counts = counters_.to_host<int32_t>();
-  return {counts[0], counts[1], counts[2], state_.to_host<double>()[0]};
+  Counters counters{counts[0], counts[1], counts[2], state_.to_host<double>()[0], {}};
+  if (counts[4] >= 0) counters.last_skipped = {counts[3], parameters_[static_cast<size_t>(counts[4])].name};
+  return counters;
 }
 
 Adam::Progress Adam::progress() const {
@@ -151,8 +156,10 @@ void Adam::restore(const Progress& progress) {
   }
   if (parameters_.empty()) return;
   started_ = true;
-  const std::vector<int32_t> counts{progress.counters.applied, progress.counters.skipped,
-                                    progress.counters.skipped_in_a_row};
+  std::array<int32_t, 5> counts = no_steps;
+  counts[0] = progress.counters.applied;
+  counts[1] = progress.counters.skipped;
+  counts[2] = progress.counters.skipped_in_a_row;
   const std::vector<double> state{progress.counters.last_norm, 1};
   counters_.upload(std::span<const int32_t>(counts));
   state_.upload(std::span<const double>(state));

@@ -29,6 +29,11 @@ class Adam {
   struct Counters {
     int applied = 0, skipped = 0, skipped_in_a_row = 0;
     double last_norm = 0;  ///< of the last step, before clipping
+    struct Skipped {
+      int step = -1;          ///< number of the call of step(), from 0
+      std::string parameter;  ///< the first whose gradient is not finite; the largest where only their sum overflows
+    };
+    Skipped last_skipped;  ///< since the start or restore(); step -1: none was
   };
   /// Everything besides moments that a checkpoint needs to go on with the same bits.
   struct Progress {
@@ -72,7 +77,7 @@ class Adam {
   AdamOptions options_;
   std::vector<Parameter> parameters_;
   bool started_ = false;
-  Tensor partial_, present_, applied_, bias_, state_, counters_;
+  Tensor partial_, owners_, present_, applied_, bias_, state_, counters_;
 };
 
 }  // namespace degas

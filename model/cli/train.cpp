@@ -85,6 +85,10 @@ void train(const TrainOptions& options) {
       trainer.run({config.train.iterations, options.minutes, StopSignal::requested}, [&](TrainingReport report) {
         if (report.validation_psnr) validation = report.validation_psnr;
         report.validation_psnr = validation;
+        if (!report.skip_cause.empty()) {
+          progress.finish();
+          print_warning(report.skip_cause);
+        }
         progress.show(report.fraction, progress_text(report));
       });
   progress.finish();

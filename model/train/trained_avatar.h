@@ -28,7 +28,8 @@ class TrainedAvatar {
   FaceCodes face_codes(const Capture& capture) const;
 
   /// The capture in the registration that training knew, where it is the recording of the training: data.corruption
-  /// moved it, and what training refined starts there. Its pictures and codes stay right, and so does any other capture.
+  /// moved it, and what training refined starts there. Its pictures and codes stay right, and so does any other
+  /// capture.
   std::unique_ptr<Capture> as_registered(std::unique_ptr<Capture> capture) const;
 
   bool has_refined_poses() const { return !corrections_.empty(); }

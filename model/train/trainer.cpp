@@ -12,6 +12,7 @@
 #include "host/random.h"
 #include "model/loss/metrics.h"
 #include "model/train/picture.h"
+#include "model/train/skip_cause.h"
 #include "model/train/training_state.h"
 
 namespace degas {
@@ -44,31 +45,6 @@ Tensor target_of(Device& device, const TrainingPicture& picture) {
   return composite(Tensor::from(device, {height, width, 3}, std::span<const uint8_t>(picture.image.pixels)),
                    Tensor::from(device, {height, width}, std::span<const uint8_t>(picture.mask.pixels)),
                    picture.background);
-}
-
-/// Gaussians that no picture would show, and so none can bring back.
-int64_t count_dead(const Tensor& opacity, const Tensor& log_scale) {
-  const std::vector<float> opacities = opacity.to_host<float>(), log_scales = log_scale.to_host<float>();
-  int64_t dead = 0;
-  for (size_t i = 0; i < opacities.size(); ++i) {
-    const bool lives = opacities[i] >= faintest_opacity && std::abs(log_scales[3 * i]) <= largest_log_scale &&
-                       std::abs(log_scales[3 * i + 1]) <= largest_log_scale &&
-                       std::abs(log_scales[3 * i + 2]) <= largest_log_scale;
-    dead += !lives;
-  }
-  return dead;
-}
-
-nlohmann::json history_line(const TrainingReport& report) {
-  nlohmann::json line = {{"step", report.step},
-                         {"seconds", report.seconds},
-                         {"steps_per_second", report.steps_per_second},
-                         {"learning_rate", report.learning_rate},
-                         {"skipped", report.skipped},
-                         {"dead_texels", report.dead_texels}};
-  for (const auto& [name, value] : report.losses) line[name] = value;
-  if (report.validation_psnr) line["validation_psnr"] = *report.validation_psnr;
-  return line;
 }
 
 }  // namespace
@@ -176,23 +152,49 @@ double Trainer::validation_psnr() {
   return total / static_cast<double>(count);
 }
 
-void Trainer::require_progress(const Adam::Counters& counters) const {
+std::string Trainer::skip_cause(const Adam::Counters& counters) {
+  const Adam::Counters::Skipped& skipped = counters.last_skipped;
+  if (skipped.step == told_skip_) return "";
+  told_skip_ = skipped.step;
+  // Frames of a step and all that is drawn at random follow from its number.
+  const LoadRequest views = schedule_.plan(skipped.step);
+  std::vector<Sample> samples;
+  for (const int camera : views.cameras) samples.push_back(capture_.load(views.frame, camera));
+  FaceCodes codes(validation_codes_);  // the loader's thread is at the trainer's own
+  const PreparedStep prepared =
+      StepPreparer(config_, capture_, avatar_, views_, codes).prepare(skipped.step, views, samples);
+  std::vector<std::string> not_finite = non_finite_inputs(prepared.signal);
+  for (const Adam::Parameter& parameter : optimiser_.parameters()) {
+    if (!is_finite(parameter.value.to_host<float>())) {
+      not_finite.push_back(fmt::format("the parameter '{}'", parameter.name));
+      break;
+    }
+  }
+  Tape tape(device_, false);
+  for (const auto& [name, value] : forward(tape, {skipped.step, views, {}, prepared}).terms.values()) {
+    if (name != "loss" && !std::isfinite(value)) not_finite.push_back(fmt::format("the loss's term {}", name));
+  }
+  return skip_text(skipped, views, capture_, not_finite);
+}
+
+void Trainer::require_progress(const Adam::Counters& counters) {
   if (counters.skipped_in_a_row < config_.train.max_skipped_steps) return;
+  const std::string cause = skip_cause(counters);
   throw Error::format(
-      "training stopped at step {}: {} steps in a row had no finite gradient; {}; lower train.learning_rate or look "
-      "for "
-      "broken pictures and parameters",
-      step_, counters.skipped_in_a_row,
+      "training stopped at step {}: {} steps in a row had no finite gradient; {}{}{}; lower train.learning_rate or "
+      "look for broken pictures and parameters",
+      step_, counters.skipped_in_a_row, cause, cause.empty() ? "" : "; ",
       run_.has_checkpoint() ? "the last good checkpoint stands" : "there is no checkpoint yet");
 }
 
-TrainingReport Trainer::make_report(const Step& step, const Adam::Counters& counters, double fraction) const {
+TrainingReport Trainer::make_report(const Step& step, const Adam::Counters& counters, double fraction) {
   TrainingReport report;
   report.step = step_;
   report.fraction = fraction;
   report.losses = step.terms.values();
   report.dead_texels = count_dead(step.opacities, step.log_scales);
   report.skipped = counters.skipped;
+  report.skip_cause = skip_cause(counters);
   report.learning_rate = config_.train.learning_rate * learning_rate_factor(fraction);
   return report;
 }

@@ -11,22 +11,10 @@
 #include "model/train/pose_correction.h"
 #include "model/train/prepared_step.h"
 #include "model/train/run_folder.h"
+#include "model/train/training_report.h"
 #include "model/train/view_schedule.h"
 
 namespace degas {
-
-/// What one line of history.jsonl holds, and what the progress bar shows.
-struct TrainingReport {
-  int64_t step = 0;
-  double fraction = 0;                    ///< of the budget: iterations or minutes, whichever is further
-  double seconds = 0;                     ///< of training in this call
-  double steps_per_second = 0;            ///< since the last report
-  std::map<std::string, double> losses;   ///< "loss" and its terms, of this step
-  std::optional<double> validation_psnr;  ///< dB, where one was made since the last report
-  int skipped = 0;                        ///< non-finite steps so far
-  int64_t dead_texels = 0;                ///< of this step's frame: too faint, small or large to be drawn at all
-  double learning_rate = 0;
-};
 
 struct TrainingBudget {
   int64_t iterations = 0;         ///< optimiser steps in all, resumed ones included
@@ -67,9 +55,12 @@ class Trainer {
   std::vector<SplatImage> draw(Tape& tape, const Splats& splats, const std::vector<TrainingPicture>& pictures);
   double learning_rate_factor(double fraction) const;
   double validation_psnr();
+  /// Why the last skipped step was skipped: its views, the first gradient that is not finite, and, by drawing it once
+  /// more, which of its inputs, parameters and losses are not. Empty where none was skipped since the last call.
+  std::string skip_cause(const Adam::Counters& counters);
   /// Throws the Error of steps that fail in a row.
-  void require_progress(const Adam::Counters& counters) const;
-  TrainingReport make_report(const Step& step, const Adam::Counters& counters, double fraction) const;
+  void require_progress(const Adam::Counters& counters);
+  TrainingReport make_report(const Step& step, const Adam::Counters& counters, double fraction);
   void save() const;
 
   Device& device_;
@@ -87,6 +78,7 @@ class Trainer {
   SplatWorkspace workspace_;
   std::map<int, PoseCorrection> corrections_;
   int64_t step_ = 0;
+  int told_skip_ = -1;        // Adam::Counters::Skipped::step
   double minutes_spent_ = 0;  // under budgets in minutes
 };
 

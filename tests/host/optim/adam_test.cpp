@@ -60,6 +60,7 @@ TEST_CASE("Adam follows torch: clipping, two groups, an absent gradient, a skipp
     CHECK_FALSE(a.has_gradient());
     if (step == 5) {
       CHECK(adam.counters().skipped_in_a_row == 1);
+      CHECK(adam.counters().last_skipped.step == 5);
     } else {
       const double norm = file.read("norm" + std::to_string(step)).doubles()[0];
       CHECK(adam.counters().last_norm == Approx(norm).epsilon(1e-6));
@@ -91,6 +92,7 @@ TEST_CASE("a step with a NaN, an infinity or an overflowing norm changes nothing
     for (double value : tensor.gradient().to_host<double>()) squares += value * value;
   }
   adam.step({0.1});
+  CHECK(adam.counters().last_skipped.step == -1);
   CHECK(adam.counters().last_norm == Approx(std::sqrt(squares)).epsilon(1e-6));
   const auto good_before = good.to_host<float>(), bad_before = bad.to_host<float>();
   const auto moment_before = adam.parameters()[1].second_moment.to_host<float>();
@@ -103,6 +105,8 @@ TEST_CASE("a step with a NaN, an infinity or an overflowing norm changes nothing
       give_gradient(bad, values);
       adam.step({0.1});
       CHECK(adam.counters().skipped_in_a_row == ++skipped);
+      CHECK(adam.counters().last_skipped.step == skipped);
+      CHECK(adam.counters().last_skipped.parameter == "bad");
     }
   }
   CHECK(good.to_host<float>() == good_before);
@@ -110,6 +114,36 @@ TEST_CASE("a step with a NaN, an infinity or an overflowing norm changes nothing
   CHECK(adam.parameters()[1].second_moment.to_host<float>() == moment_before);
   CHECK(adam.counters().applied == 1);
   CHECK(adam.counters().skipped == 9);
+}
+
+TEST_CASE("a skipped step names the first gradient that is not finite, or the largest where only the sum overflows") {
+  const auto set = GENERATE(from_range(kernel_sets()));
+  Device& device = test::device(set);
+  Adam adam(device);
+  std::vector<Tensor> tensors;
+  for (int i = 0; i < 20; ++i) {  // more than a batch of the kernels
+    tensors.push_back(random_tensor(device, {i % 3 == 0 ? 9000 : 5}, 1));
+    adam.add(fmt::format("parameter{:02}", i), tensors.back());
+  }
+  const auto culprit = [&](const std::vector<std::pair<size_t, double>>& poison) {
+    for (size_t i = 0; i < tensors.size(); ++i) {
+      if (i == 4) continue;  // has no gradient
+      std::vector<double> values(static_cast<size_t>(tensors[i].size()), 1e-3);
+      for (const auto& [which, value] : poison) {
+        if (which == i) values.back() = value;
+      }
+      give_gradient(tensors[i], values);
+    }
+    adam.step({0.1});
+    return adam.counters().last_skipped.parameter;
+  };
+  CHECK(culprit({}) == "");
+  CHECK(culprit({{5, std::nan("")}, {18, std::nan("")}}) == "parameter05");
+  CHECK(culprit({{18, std::numeric_limits<double>::infinity()}}) == "parameter18");
+  CHECK(culprit({{3, 1.2e19}, {6, 1.5e19}, {9, 1.3e19}}) == "parameter06");  // each square is finite
+  CHECK(culprit({}) == "parameter06");                                       // of the last one that was skipped
+  CHECK(adam.counters().last_skipped.step == 3);
+  CHECK(adam.counters().applied == 2);
 }
 
 TEST_CASE("Adam gives the same bits each time, and close ones by both kernel sets") {

@@ -28,7 +28,7 @@ const double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
-TEST_CASE("a frame that gives no finite gradient is skipped and counted") {
+TEST_CASE("a frame that gives no finite gradient is skipped and counted, and its cause named") {
   const Config config = tiny_config();
   const TemporaryFolder folder;
   const RunFolder run = make_run(folder / "run", config);
@@ -39,11 +39,20 @@ TEST_CASE("a frame that gives no finite gradient is skipped and counted") {
   Trainer trainer(wide(), config, capture, run);
   int skipped = 0;
   double last_loss = 0;
+  std::vector<std::string> causes;
   trainer.run(budget_of(18), [&](const TrainingReport& report) {
+    if (report.skipped > skipped) CHECK_FALSE(report.skip_cause.empty());
+    if (!report.skip_cause.empty()) causes.push_back(report.skip_cause);
     skipped = report.skipped;
     if (std::isfinite(report.losses.at("loss"))) last_loss = report.losses.at("loss");
   });
-  CHECK(skipped == 3);  // once each of three epochs of six frames
+  CHECK(skipped == 3);          // once each of three epochs of six frames
+  REQUIRE(causes.size() == 3);  // each told once
+  for (const std::string& cause : causes) {
+    CHECK_THAT(cause, Contains("was skipped (frame 2, cam0") && Contains("the gradient of '") &&
+                          Contains("nor is the registered pose, ") && Contains("the loss's term offset"));
+  }
+  CHECK(causes[0] != causes[1]);  // another step
   CHECK(std::isfinite(last_loss));
   CHECK(history_of(run).size() == 18);  // NaN is no JSON: such losses are null
   const Checkpoint checkpoint = read_checkpoint(run.checkpoint_file());
@@ -90,7 +99,8 @@ TEST_CASE("a learning rate far too high ends in an Error, not in an endless run"
   const RunFolder run = make_run(folder / "run", config);
   const auto capture = open_scene();
   Trainer trainer(wide(), config, *capture, run);
-  CHECK_THROWS_WITH(train(trainer, config), Contains("no finite gradient") && Contains("no checkpoint yet"));
+  CHECK_THROWS_WITH(train(trainer, config), Contains("no finite gradient; step ") && Contains("is not finite") &&
+                                                Contains("no checkpoint yet"));
 }
 
 TEST_CASE("parameters that are not finite stop training too") {
@@ -108,7 +118,8 @@ TEST_CASE("parameters that are not finite stop training too") {
   write_checkpoint(run.checkpoint_file(), checkpoint);
   Trainer trainer(wide(), config, *capture, run);
   trainer.resume();
-  CHECK_THROWS_WITH(train(trainer, config), Contains("3 steps in a row"));
+  CHECK_THROWS_WITH(train(trainer, config),
+                    Contains("3 steps in a row") && Contains("the parameter '" + checkpoint.arrays[0].first + "'"));
 }
 
 TEST_CASE("resuming with another config or capture is refused, and names what differs") {

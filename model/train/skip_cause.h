@@ -1,0 +1,25 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host/optim/adam.h"
+#include "model/data/loader.h"
+#include "model/drive/driving_signal.h"
+
+namespace degas {
+
+// What is said of a training step whose gradient was not finite, so that its cause is found.
+
+bool is_finite(std::span<const float> values);
+
+/// The parts of a signal that are not finite, in words.
+std::vector<std::string> non_finite_inputs(const DrivingSignal& signal);
+
+/// "step 12 was skipped (frame 3, cameras cam00, cam05): the gradient of 'x' is not finite, nor is the body's pose".
+/// not_finite: what else is not, in words.
+std::string skip_text(const Adam::Counters::Skipped& skipped, const LoadRequest& views, const Capture& capture,
+                      const std::vector<std::string>& not_finite);
+
+}  // namespace degas
