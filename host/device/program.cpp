@@ -48,12 +48,18 @@ std::string device_text(cl_device_id device, cl_device_info key) {
   return text;
 }
 
+/// A cached program is a file of its binary's content_hash and the binary.
+constexpr size_t hash_digits = 32;
+
 cl_program from_binary(cl_context context, cl_device_id device, const fs::path& path, const std::string& options) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) return nullptr;
-  const std::vector<unsigned char> binary{std::istreambuf_iterator<char>(stream), {}};
-  if (binary.empty()) return nullptr;
-  const unsigned char* data = binary.data();
+  const std::string file{std::istreambuf_iterator<char>(stream), {}};
+  // A driver may run a damaged binary rather than refuse it.
+  if (file.size() <= hash_digits) return nullptr;
+  const std::string binary = file.substr(hash_digits);
+  if (file.compare(0, hash_digits, content_hash(binary)) != 0) return nullptr;
+  const auto* data = reinterpret_cast<const unsigned char*>(binary.data());
   const size_t bytes = binary.size();
   cl_int status = CL_SUCCESS, binary_status = CL_SUCCESS;
   cl_program program = clCreateProgramWithBinary(context, 1, &device, &bytes, &data, &binary_status, &status);
@@ -70,7 +76,7 @@ void store_binary(cl_program program, const fs::path& path) {
   std::string binary(bytes, '\0');
   auto* data = reinterpret_cast<unsigned char*>(binary.data());
   if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof(data), &data, nullptr) != CL_SUCCESS) return;
-  replace_cache_file(path, binary);
+  replace_cache_file(path, content_hash(binary) + binary);
 }
 
 /// The first line of a build log that tells of an error, or the first at all.

@@ -1,3 +1,4 @@
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -8,6 +9,7 @@
 #include "model/cli/commands.h"
 
 int main(int count, char** arguments) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the user's limit is an error of its writer, not the end
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // or FFmpeg's own complaints stand before our one line
   CLI::App app(
       "degas: trains, evaluates and renders drivable full-body avatars on any OpenCL device.\n"

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "host/error.h"
+#include "host/io/checksum.h"
 #include "host/io/file_bytes.h"
 #include "host/io/mapped_file.h"
 #include "model/data/person_pixels.h"
@@ -13,12 +14,26 @@ namespace degas {
 namespace fs = std::filesystem;
 namespace {
 
-/// The head of a camera's file. Then frames + 1 offsets (uint64; equal neighbours: no picture), the packed frames
-/// they bound, and the warning about frames that have none.
+/// The head of a camera's file. Then frames + 1 offsets (uint64; equal neighbours: no picture), as many checksums
+/// (uint64) of the frames and of all else (header, offsets, warning), the packed frames that the offsets bound, and the
+/// warning about frames that have none.
 struct Header {
-  char magic[8] = {'D', 'E', 'G', 'A', 'S', 'I', 'M', '1'};
+  char magic[8] = {'D', 'E', 'G', 'A', 'S', 'I', 'M', '2'};
   int32_t width = 0, height = 0, frames = 0, warning_bytes = 0;
 };
+
+/// Bytes before the first frame.
+size_t head_bytes(int frames) {
+  return sizeof(Header) + sizeof(uint64_t) * 2 * (static_cast<size_t>(frames) + 1);
+}
+
+/// Of all but the frames; head: up to this checksum's own place.
+uint64_t checksum_of(std::span<const std::byte> head, std::string_view warning) {
+  Checksum sum;
+  sum.add(head.data(), head.size());
+  sum.add(warning.data(), warning.size());
+  return sum.value();
+}
 
 }  // namespace
 
@@ -36,21 +51,24 @@ class CachedCapture::Store {
   std::span<const std::byte> frame(int index) const {
     return mapped_->bytes().subspan(offset(index), offset(index + 1) - offset(index));
   }
+  bool is_whole(int index) const { return Checksum::of(frame(index)) == number(header_.frames + 1 + index); }
   std::string warning() const {
     const auto text = mapped_->bytes().last(static_cast<size_t>(header_.warning_bytes));
     return {reinterpret_cast<const char*>(text.data()), text.size()};
   }
 
  private:
-  uint64_t offset(int index) const {
+  /// Of the offsets and checksums.
+  uint64_t number(int index) const {
     uint64_t value;
     std::memcpy(&value, mapped_->bytes().data() + sizeof(Header) + sizeof(value) * static_cast<size_t>(index),
                 sizeof(value));
     return value;
   }
+  uint64_t offset(int index) const { return number(index); }
   bool is_whole(const Camera& camera, int frames) {
     std::memcpy(&header_, mapped_->bytes().data(), sizeof(header_));
-    const size_t begin = sizeof(Header) + sizeof(uint64_t) * (static_cast<size_t>(frames) + 1);
+    const size_t begin = head_bytes(frames);
     if (std::memcmp(header_.magic, Header().magic, sizeof(header_.magic)) != 0 || header_.width != camera.width ||
         header_.height != camera.height || header_.frames != frames || header_.warning_bytes < 0 ||
         mapped_->bytes().size() < begin) {
@@ -61,7 +79,8 @@ class CachedCapture::Store {
       if (offset(i + 1) < offset(i)) return false;
     }
     if (offset(frames) > mapped_->bytes().size()) return false;  // the sum below must not wrap around
-    return offset(frames) + static_cast<uint64_t>(header_.warning_bytes) == mapped_->bytes().size();
+    if (offset(frames) + static_cast<uint64_t>(header_.warning_bytes) != mapped_->bytes().size()) return false;
+    return checksum_of(mapped_->bytes().first(begin - sizeof(uint64_t)), warning()) == number(2 * frames + 1);
   }
 
   std::optional<MappedFile> mapped_;
@@ -78,7 +97,7 @@ CachedCapture::CachedCapture(std::unique_ptr<Capture> source, const fs::path& fo
 CachedCapture::~CachedCapture() = default;
 
 bool CachedCapture::has_image(int frame, int camera) const {
-  return source().has_image(frame, camera) && !store(camera).frame(frame).empty();
+  return source().has_image(frame, camera) && !store(camera)->frame(frame).empty();
 }
 
 Sample CachedCapture::load(int frame, int camera) const {
@@ -88,29 +107,48 @@ Sample CachedCapture::load(int frame, int camera) const {
     return source().load(frame, camera);
   }
   Sample sample{frame, camera, source().camera(camera), {}, {}};
-  if (!unpack_person(store(camera).frame(frame), sample.view.width, sample.view.height, sample.image, sample.mask)) {
-    throw Error::format("{}: the cached picture of frame {} of {} is damaged; delete this folder", folder_.string(),
-                        frame, camera_names()[static_cast<size_t>(camera)]);
-  }
+  const auto unpacks = [&](const Store& store) {
+    return store.is_whole(frame) &&
+           unpack_person(store.frame(frame), sample.view.width, sample.view.height, sample.image, sample.mask);
+  };
+  const std::shared_ptr<const Store> kept = store(camera);
+  if (!unpacks(*kept) && !unpacks(*remade_store(camera, kept))) throw unreadable(camera);
   return sample;
 }
 
-const CachedCapture::Store& CachedCapture::store(int camera) const {
+fs::path CachedCapture::file(int camera) const {
+  return folder_ / (camera_names()[static_cast<size_t>(camera)] + ".pixels");
+}
+
+Error CachedCapture::unreadable(int camera) const {
+  return Error::format("{}: cannot be read back as it was written; is the disk full or failing?",
+                       file(camera).string());
+}
+
+std::shared_ptr<const CachedCapture::Store> CachedCapture::store(int camera) const {
   const auto place = static_cast<size_t>(camera);
   const std::lock_guard lock(*mutexes_[place]);
-  if (stores_[place]) return *stores_[place];
-  const fs::path path = folder_ / (camera_names()[place] + ".pixels");
-  auto opened = std::make_unique<Store>();
-  if (!opened->open(path, source().camera(camera), frame_count())) {
-    decode(camera, path);
-    opened = std::make_unique<Store>();
-    if (!opened->open(path, source().camera(camera), frame_count())) {
-      throw Error::format("{}: cannot be read back; is the disk full?", path.string());
-    }
-  }
+  if (stores_[place]) return stores_[place];
+  auto opened = std::make_shared<Store>();
+  if (!opened->open(file(camera), source().camera(camera), frame_count())) opened = decoded_store(camera);
   if (const std::string warning = opened->warning(); !warning.empty()) warn_(warning);
-  stores_[place] = std::move(opened);
-  return *stores_[place];
+  return stores_[place] = opened;
+}
+
+std::shared_ptr<const CachedCapture::Store> CachedCapture::remade_store(
+    int camera, const std::shared_ptr<const Store>& damaged) const {
+  const auto place = static_cast<size_t>(camera);
+  const std::lock_guard lock(*mutexes_[place]);
+  if (stores_[place] != damaged) return stores_[place];  // another thread was here
+  warn_(fmt::format("{}: the cached pictures are damaged; decoding them again", file(camera).string()));
+  return stores_[place] = decoded_store(camera);
+}
+
+std::shared_ptr<CachedCapture::Store> CachedCapture::decoded_store(int camera) const {
+  decode(camera, file(camera));
+  auto opened = std::make_shared<Store>();
+  if (!opened->open(file(camera), source().camera(camera), frame_count())) throw unreadable(camera);
+  return opened;
 }
 
 void CachedCapture::decode(int camera, const fs::path& path) const {
@@ -131,8 +169,8 @@ void CachedCapture::decode(int camera, const fs::path& path) const {
   header.width = view.width;
   header.height = view.height;
   header.frames = frame_count();
-  std::vector<uint64_t> offsets(static_cast<size_t>(frame_count()) + 1);
-  offsets[0] = sizeof(header) + sizeof(uint64_t) * offsets.size();
+  std::vector<uint64_t> offsets(static_cast<size_t>(frame_count()) + 1), checksums;
+  offsets[0] = head_bytes(frame_count());
   stream.seekp(static_cast<std::streamoff>(offsets[0]));
   int skipped = 0;
   std::string first_reason;
@@ -147,6 +185,7 @@ void CachedCapture::decode(int camera, const fs::path& path) const {
       if (skipped++ == 0) first_reason = reason.what();
     }
     stream.write(reinterpret_cast<const char*>(packed.data()), static_cast<std::streamsize>(packed.size()));
+    checksums.push_back(Checksum::of(packed));
     offsets[static_cast<size_t>(frame) + 1] = offsets[static_cast<size_t>(frame)] + packed.size();
   }
   std::string warning;
@@ -154,10 +193,18 @@ void CachedCapture::decode(int camera, const fs::path& path) const {
     warning = fmt::format("{} (skipped: {} of {} frames of this camera)", first_reason, skipped, frame_count());
   header.warning_bytes = static_cast<int32_t>(warning.size());
   stream << warning;
+  std::vector<std::byte> head;
+  const auto append = [&](const void* data, size_t bytes) {
+    const auto* begin = static_cast<const std::byte*>(data);
+    head.insert(head.end(), begin, begin + bytes);
+  };
+  append(&header, sizeof(header));
+  append(offsets.data(), sizeof(uint64_t) * offsets.size());
+  append(checksums.data(), sizeof(uint64_t) * checksums.size());
+  const uint64_t sum = checksum_of(head, warning);
+  append(&sum, sizeof(sum));
   stream.seekp(0);
-  stream.write(reinterpret_cast<const char*>(&header), sizeof(header));
-  stream.write(reinterpret_cast<const char*>(offsets.data()),
-               static_cast<std::streamsize>(sizeof(uint64_t) * offsets.size()));
+  stream.write(reinterpret_cast<const char*>(head.data()), static_cast<std::streamsize>(head.size()));
   stream.close();
   if (!stream || std::rename(temporary.c_str(), path.c_str()) != 0) throw fail();
 }

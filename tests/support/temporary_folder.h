@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace degas::test {
@@ -30,5 +31,11 @@ class TemporaryFolder {
  private:
   std::filesystem::path path_;
 };
+
+/// All of a file's bytes; none where it is missing.
+inline std::string file_text(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
 
 }  // namespace degas::test

@@ -62,9 +62,4 @@ RunFolder train_run(const fs::path& folder, const Config& config, const Capture&
   return run;
 }
 
-std::string file_text(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 }  // namespace degas::test

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "model/config.h"
-#include "model/data/capture.h"
+#include "model/data/wrapped_capture.h"
 #include "model/train/run_folder.h"
 #include "tests/support/temporary_folder.h"
 
@@ -28,12 +28,10 @@ RunFolder make_run(const std::filesystem::path& folder, const Config& config);
 /// A run trained for a few steps on a sequence's capture.
 RunFolder train_run(const std::filesystem::path& folder, const Config& config, const Capture& capture);
 
-std::string file_text(const std::filesystem::path& path);
-
 /// A capture (the scene's P1C1) with changed answers; what is not set is as it was.
-class ChangedCapture : public Capture {
+class ChangedCapture : public WrappedCapture {
  public:
-  explicit ChangedCapture(std::unique_ptr<Capture> source = open_scene()) : source_(std::move(source)) {}
+  explicit ChangedCapture(std::unique_ptr<Capture> source = open_scene()) : WrappedCapture(std::move(source)) {}
 
   std::function<void(Camera&)> change_camera;
   std::function<void(int frame, Pose&)> change_pose;
@@ -43,38 +41,31 @@ class ChangedCapture : public Capture {
   std::optional<int> code_size;
   bool flat_hands = true;
 
-  std::string identity() const override { return source_->identity(); }
-  std::string picture_identity() const override { return source_->picture_identity(); }
-  int frame_count() const override { return source_->frame_count(); }
-  const std::vector<std::string>& camera_names() const override { return source_->camera_names(); }
   Camera camera(int camera) const override {
-    Camera view = source_->camera(camera);
+    Camera view = source().camera(camera);
     if (change_camera) change_camera(view);
     return view;
   }
   bool has_image(int frame, int camera) const override {
-    return !(lacks_image && lacks_image(frame, camera)) && source_->has_image(frame, camera);
+    return !(lacks_image && lacks_image(frame, camera)) && source().has_image(frame, camera);
   }
   Sample load(int frame, int camera) const override {
-    Sample sample = source_->load(frame, camera);
+    Sample sample = source().load(frame, camera);
     sample.view = this->camera(camera);
     if (change_sample) change_sample(sample);
     return sample;
   }
   Pose pose(int frame) const override {
-    Pose pose = source_->pose(frame);
+    Pose pose = source().pose(frame);
     if (change_pose) change_pose(frame, pose);
     return pose;
   }
-  std::vector<double> betas() const override { return source_->betas(); }
   bool flat_hand_mean() const override { return flat_hands; }
-  int face_code_size() const override { return code_size.value_or(source_->face_code_size()); }
+  int face_code_size() const override { return code_size.value_or(source().face_code_size()); }
   std::optional<std::vector<float>> face_code(int frame, int camera) const override {
-    return replace_code ? replace_code(frame, camera) : source_->face_code(frame, camera);
+    return replace_code ? replace_code(frame, camera) : source().face_code(frame, camera);
   }
-
- private:
-  std::unique_ptr<Capture> source_;
+  bool has_face_code(int frame, int camera) const override { return face_code(frame, camera).has_value(); }
 };
 
 }  // namespace degas::test

@@ -8,9 +8,11 @@
 #include "host/device/program.h"
 #include "host/error.h"
 #include "host/ops/pointwise.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;
+using degas::test::file_text;
 namespace fs = std::filesystem;
 
 TEST_CASE("an unknown device is refused by name, listing those that exist") {
@@ -56,9 +58,15 @@ TEST_CASE("program binaries are cached, and a damaged one is rebuilt") {
   for (const auto& entry : fs::directory_iterator(folder / "programs")) files.push_back(entry.path());
   REQUIRE(files.size() == 1);
   CHECK(run() == expected);
-  std::ofstream(files[0], std::ios::binary | std::ios::trunc) << "not a program";
-  CHECK(run() == expected);
-  CHECK(fs::file_size(files[0]) > 100);
+  const std::string good = file_text(files[0]);
+  std::string flipped = good;
+  flipped[good.size() / 2] ^= 1;  // which a driver need not notice
+  for (const std::string& damaged : {std::string("not a program"), good.substr(0, 1000), flipped, std::string()}) {
+    std::ofstream(files[0], std::ios::binary | std::ios::trunc) << damaged;
+    CHECK(run() == expected);
+    CHECK(file_text(files[0]).size() == good.size());
+    CHECK(file_text(files[0]) != damaged);
+  }
   unsetenv("DEGAS_CACHE");
 }
 

@@ -3,20 +3,17 @@
 #include <fstream>
 
 #include "host/error.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;
+using degas::test::file_text;
 namespace fs = std::filesystem;
 
 namespace {
 
 Checkpoint example() {
   return {{{"step", 7}, {"config", {{"width", 0.5}}}}, {{"a", {1, 2, 3}}, {"empty", {}}, {"b", {-0.5f}}}};
-}
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 void write_bytes(const fs::path& path, const std::string& bytes) {
@@ -33,7 +30,7 @@ TEST_CASE("a checkpoint comes back as it was written, and equal contents give eq
   const Checkpoint read = read_checkpoint(folder / "one.bin");
   CHECK(read.header == example().header);
   CHECK(read.arrays == example().arrays);
-  CHECK(bytes_of(folder / "one.bin") == bytes_of(folder / "two.bin"));
+  CHECK(file_text(folder / "one.bin") == file_text(folder / "two.bin"));
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     CHECK(entry.path().filename().string().find(".tmp") == std::string::npos);
   }
@@ -47,7 +44,7 @@ TEST_CASE("a damaged checkpoint is refused, whatever byte is wrong or missing") 
   fs::create_directories(folder);
   const fs::path path = folder / "damaged.bin";
   write_checkpoint(path, example());
-  const std::string good = bytes_of(path);
+  const std::string good = file_text(path);
   for (size_t i = 0; i < good.size(); ++i) {
     std::string bad = good;
     bad[i] ^= 0x41;

@@ -95,6 +95,32 @@ TEST_CASE("a cache file that is not whole is written again") {
   }
 }
 
+TEST_CASE("a cache file with any byte changed is written again, with a warning where a picture was the damage") {
+  CachedSmallCapture small;
+  small.open()->load(0, 0);
+  const fs::path file = small.files()[0];
+  const std::string good = file_text(file);
+  int told = 0;
+  for (size_t place = 0; place < good.size(); place += place < 200 ? 3 : 101) {
+    CAPTURE(place);
+    std::string bad = good;
+    bad[place] ^= 0x10;
+    std::ofstream(file, std::ios::binary) << bad;
+    small.warnings.clear();
+    const auto capture = small.open();
+    for (int frame = 0; frame < small_frames; ++frame) {
+      CHECK(capture->load(frame, 0).image.pixels == small_image(frame, 0).pixels);
+      CHECK(capture->load(frame, 0).mask.pixels == small_mask(frame).pixels);
+    }
+    CHECK(file_text(file) == good);
+    CHECK(small.warnings.size() <= 1);
+    if (small.warnings.empty()) continue;
+    ++told;
+    CHECK_THAT(small.warnings[0], Contains("cam00.pixels: the cached pictures are damaged; decoding them again"));
+  }
+  CHECK(told > 0);
+}
+
 TEST_CASE("frames with an empty mask are skipped with one warning a camera") {
   CachedSmallCapture small;
   VideoWriter writer(small.folder / "videos/cam00.mp4", 2 * small_width, small_height, 30, VideoQuality::Lossless);
