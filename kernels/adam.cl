@@ -5,9 +5,10 @@
 //      correction.
 //   3. update, once a batch of 1.: moments and values, or nothing when the step is skipped.
 // Batches as in common/batch.cl.
-// state: REAL[2] = norm, factor on the gradients (0 when skipped).
+// state: REAL[4] = norm, factor on the gradients (0 when skipped), running mean of the norm's logarithm over the steps
+// applied, norm of the last step skipped.
 // counters: int[5] = steps applied, steps skipped, steps skipped in a row up to now; of the last skipped one its number
-// and the first parameter whose gradient is not finite, or the one with the largest where only their sum overflows.
+// and the first parameter whose gradient is not finite, or the one with the largest where each is.
 // owners: int per slot of `partial`, the number of its parameter.
 // applied, present: int per parameter. bias: REAL[2] per parameter = 1 - beta1^t, sqrt(1 - beta2^t), t = steps in which
 // the parameter itself was updated.
@@ -58,7 +59,11 @@ kernel void square_sums(EACH(GRADIENT) global REAL* partial, global int* owners,
   }
 }
 
-// The slot to blame for a sum that is not finite.
+// Of the usual norm: it is known after so many steps, and is a mean over about so many.
+#define STEPS_TO_KNOW 20
+#define STEPS_OF_MEAN 100
+
+// The slot to blame for a sum that is too large or not finite.
 int worst_slot(global const REAL* partial, const int slots) {
   int worst = 0;
   for (int slot = 0; slot < slots; ++slot) {
@@ -68,27 +73,32 @@ int worst_slot(global const REAL* partial, const int slots) {
   return worst;
 }
 
-// A norm above clip_above is scaled to clip_to (clip_above 0: never). log_beta: natural logarithms of the betas.
+// A norm above clip_above is scaled to clip_to (clip_above 0: never). One above spike_limit times the usual norm, the
+// exponential of the running mean, is skipped once STEPS_TO_KNOW have been applied (spike_limit 0: never). log_beta: natural logarithms of the betas.
 kernel void decide(global const REAL* partial, global const int* owners, global int* present, global int* applied, global REAL* bias,
                    global REAL* state, global int* counters, local REAL* scratch, const int slots, const int parameters,
-                   const REAL clip_above, const REAL clip_to, const REAL log_beta1, const REAL log_beta2) {
+                   const REAL clip_above, const REAL clip_to, const REAL spike_limit, const REAL log_beta1, const REAL log_beta2) {
   const int item = get_local_id(0);
   REAL total = 0;
   for (int slot = item; slot < slots; slot += GROUP) total += partial[slot];
   total = sum_of_group(total, scratch);
   if (item == 0) {
     const REAL norm = sqrt(total);
+    const int is_known = spike_limit > 0 && counters[0] >= STEPS_TO_KNOW;
     // Phrased so that NaN fails; the largest finite float bounds it in double precision too.
-    const int finite = norm <= (REAL)3.0e38f;
+    const int good = norm <= (REAL)3.0e38f && !(is_known && norm > spike_limit * exp(state[2]));
     state[0] = norm;
-    state[1] = !finite ? 0 : clip_above > 0 && norm > clip_above ? clip_to / norm : (REAL)1;
-    if (!finite) {
+    state[1] = !good ? 0 : clip_above > 0 && norm > clip_above ? clip_to / norm : (REAL)1;
+    if (good) {
+      state[2] += (log(max(norm, (REAL)1e-30f)) - state[2]) / min(counters[0] + 1, STEPS_OF_MEAN);
+    } else {
+      state[3] = norm;
       counters[3] = counters[0] + counters[1];
       counters[4] = owners[worst_slot(partial, slots)];
     }
-    counters[0] += finite;
-    counters[1] += !finite;
-    counters[2] = finite ? 0 : counters[2] + 1;
+    counters[0] += good;
+    counters[1] += !good;
+    counters[2] = good ? 0 : counters[2] + 1;
   }
 #if GROUP > 1
   barrier(CLK_GLOBAL_MEM_FENCE);

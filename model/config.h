@@ -16,8 +16,8 @@ enum class LpipsNetwork { Alex, Squeeze, Vgg };
 /// The part of the picture that the perceptual loss sees: all, the person's box, or the face's box.
 enum class LossRegion { Full, Person, Face };
 /// What tells the face's expression (method.md, "Driving signals"): the codes of a portrait encoder; the registered
-/// expression coefficients and jaw, which then also drives the body's jaw joint; the same, which then also move the body
-/// mesh itself; or nothing.
+/// expression coefficients and jaw, which then also drives the body's jaw joint; the same, which then also move the
+/// body mesh itself; or nothing.
 enum class FaceSignal { Code, Expression, Mesh, None };
 enum class LearningRateSchedule { Constant, Cosine };
 
@@ -28,8 +28,8 @@ enum class NetKind { Degas, Static, Skips, Mlp };
 /// Sizes and switches of the network (method.md, "Network"). Channel lists are the paper's, before `width`.
 struct NetConfig {
   NetKind kind = NetKind::Degas;  ///< degas | static | skips | mlp
-  int resolution = 512;  ///< texels on a side of the Gaussian maps, R; a power of two of at least 128
-  double width = 1;      ///< multiplies channel and code sizes, rounded to multiples of 8, at least 8
+  int resolution = 512;           ///< texels on a side of the Gaussian maps, R; a power of two of at least 128
+  double width = 1;               ///< multiplies channel and code sizes, rounded to multiples of 8, at least 8
   std::vector<int> pvm_channels = {8, 16, 32};                    ///< posed-vertex-map encoder, sides R/2, R/4, R/8
   std::vector<int> pve_channels = {8, 16, 32, 32, 64, 128, 128};  ///< posed-vertex encoder, sides R/2 .. 4
   int latent_size = 1024;                                         ///< of the posed-vertex encoder's code z
@@ -44,9 +44,9 @@ struct NetConfig {
   bool use_pve = true;             ///< ablation: the posed vertex map through the bottleneck z
   bool use_world_normals = false;  ///< also the surface's normals in the world: shading under the studio's fixed
                                    ///< lights, which the paper's signals, free of the global rotation, cannot tell
-  bool isotropic = false;    ///< Gaussians are balls of one fixed opacity
-  int color_degree = 0;      ///< of the spherical harmonics that make a colour depend on the direction it is seen from
-                             ///< (sheen on hair, skin and cloth), 0 .. 3; 0, the paper's: the same from everywhere
+  bool isotropic = false;          ///< Gaussians are balls of one fixed opacity
+  int color_degree = 0;  ///< of the spherical harmonics that make a colour depend on the direction it is seen from
+                         ///< (sheen on hair, skin and cloth), 0 .. 3; 0, the paper's: the same from everywhere
   JointMasks joint_masks = JointMasks::Joint;  ///< joint | modulo | none
   bool untied_bias = true;                     ///< one bias per texel and channel rather than per channel
   int untied_bias_max_resolution = 1 << 20;    ///< layers with a larger side have tied biases (saves memory)
@@ -106,7 +106,8 @@ struct TrainConfig {
   int64_t checkpoint_every = 10000;  ///< steps; 0: only at the end
   int64_t log_every = 100;           ///< steps between lines of history.jsonl
   uint64_t seed = 1;
-  int max_skipped_steps = 20;  ///< non-finite steps in a row before training stops
+  double spike_limit = 100;    ///< steps whose gradient norm exceeds so many times the usual one are skipped; 0: none
+  int max_skipped_steps = 20;  ///< skipped steps (spikes, non-finite ones) in a row before training stops
 };
 
 struct FaceConfig {

@@ -122,6 +122,7 @@ void visit_fields(TrainConfig& config, Visitor& visit) {
   FIELD(checkpoint_every);
   FIELD(log_every);
   FIELD(seed);
+  FIELD(spike_limit);
   FIELD(max_skipped_steps);
 }
 

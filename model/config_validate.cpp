@@ -101,6 +101,8 @@ void validate_train(const TrainConfig& train, const Checker& check) {
   check.not_negative("train.validation_every", static_cast<double>(train.validation_every));
   check.not_negative("train.checkpoint_every", static_cast<double>(train.checkpoint_every));
   check.not_negative("train.log_every", static_cast<double>(train.log_every));
+  check.require(train.spike_limit == 0 || train.spike_limit > 1, "train.spike_limit", train.spike_limit,
+                "0 or above 1");
   check.positive("train.max_skipped_steps", train.max_skipped_steps);
 }
 

@@ -61,7 +61,7 @@ void Adam::allocate() {
   present_ = Tensor::zeros(device_, {count}, Element::Int32);
   applied_ = Tensor::zeros(device_, {count}, Element::Int32);
   bias_ = Tensor::zeros(device_, {count, 2});
-  state_ = Tensor::zeros(device_, {2});
+  state_ = Tensor::zeros(device_, {4});
   counters_ = Tensor::from(device_, {5}, std::span<const int32_t>(no_steps));
 }
 
@@ -121,8 +121,8 @@ void Adam::step(const std::vector<double>& learning_rates) {
   }
   adam_kernel(device_, "decide")
       .launch({group}, {group}, partial_, owners_, present_, applied_, bias_, state_, counters_, scratch, slots,
-              static_cast<int>(parameters_.size()), options_.clip_above, options_.clip_to, std::log(options_.beta1),
-              std::log(options_.beta2));
+              static_cast<int>(parameters_.size()), options_.clip_above, options_.clip_to, options_.spike_limit,
+              std::log(options_.beta1), std::log(options_.beta2));
   for (const Batch& batch : batches) {
     launch_batch(
         update, batch,
@@ -139,14 +139,15 @@ void Adam::clear_gradients() {
 Adam::Counters Adam::counters() const {
   if (parameters_.empty()) return {};
   const std::vector<int32_t> counts = counters_.to_host<int32_t>();
-  Counters counters{counts[0], counts[1], counts[2], state_.to_host<double>()[0], {}};
-  if (counts[4] >= 0) counters.last_skipped = {counts[3], parameters_[static_cast<size_t>(counts[4])].name};
+  const std::vector<double> state = state_.to_host<double>();
+  Counters counters{counts[0], counts[1], counts[2], state[0], std::exp(state[2]), {}};
+  if (counts[4] >= 0) counters.last_skipped = {counts[3], parameters_[static_cast<size_t>(counts[4])].name, state[3]};
   return counters;
 }
 
 Adam::Progress Adam::progress() const {
   if (parameters_.empty()) return {};
-  return {counters(), applied_.to_host<int32_t>()};
+  return {counters(), applied_.to_host<int32_t>(), state_.to_host<double>()[2]};
 }
 
 void Adam::restore(const Progress& progress) {
@@ -160,7 +161,7 @@ void Adam::restore(const Progress& progress) {
   counts[0] = progress.counters.applied;
   counts[1] = progress.counters.skipped;
   counts[2] = progress.counters.skipped_in_a_row;
-  const std::vector<double> state{progress.counters.last_norm, 1};
+  const std::vector<double> state{progress.counters.last_norm, 1, progress.mean_log_norm, 0};
   counters_.upload(std::span<const int32_t>(counts));
   state_.upload(std::span<const double>(state));
   applied_.upload(std::span<const int32_t>(progress.applied));

@@ -13,11 +13,14 @@ struct AdamOptions {
   /// A norm over all gradients above clip_above is scaled to clip_to (the method's rule: above 1 to 0.1; the usual
   /// clip has both equal). clip_above 0: gradients are never scaled.
   double clip_above = 1, clip_to = 0.1;
+  /// A step whose norm exceeds so many times the usual one is skipped as one that is not finite is. The usual norm is
+  /// the geometric mean over about the last hundred steps, and known after the first twenty. 0: none is skipped.
+  double spike_limit = 0;
 };
 
 /// Adam (Kingma & Ba, 2015, with bias correction) over named parameters, entirely on the device: the host queues
 /// launches and reads nothing back. A step whose global gradient norm is not finite (in the device's REAL) changes
-/// neither parameters nor moments and is counted. Bit-reproducible.
+/// neither parameters nor moments and is counted, and so is a spike. Bit-reproducible.
 class Adam {
  public:
   struct Parameter {
@@ -28,10 +31,12 @@ class Adam {
   };
   struct Counters {
     int applied = 0, skipped = 0, skipped_in_a_row = 0;
-    double last_norm = 0;  ///< of the last step, before clipping
+    double last_norm = 0;   ///< of the last step, before clipping
+    double usual_norm = 1;  ///< AdamOptions::spike_limit
     struct Skipped {
       int step = -1;          ///< number of the call of step(), from 0
-      std::string parameter;  ///< the first whose gradient is not finite; the largest where only their sum overflows
+      std::string parameter;  ///< the first whose gradient is not finite; the largest where each is
+      double norm = 0;
     };
     Skipped last_skipped;  ///< since the start or restore(); step -1: none was
   };
@@ -39,6 +44,7 @@ class Adam {
   struct Progress {
     Counters counters;
     std::vector<int32_t> applied;  ///< updates of each parameter, in the order of parameters()
+    double mean_log_norm = 0;
   };
 
   explicit Adam(Device& device, const AdamOptions& options = {});

@@ -44,6 +44,7 @@ std::string progress_text(const TrainingReport& report) {
                                  report.losses.count("loss") ? report.losses.at("loss") : 0.0, report.steps_per_second);
   if (report.validation_psnr) text += fmt::format("  validation {:.2f} dB", *report.validation_psnr);
   if (report.dead_texels > 0) text += fmt::format("  {} dead texels", report.dead_texels);
+  if (report.exploded_texels > 0) text += fmt::format("  {} exploded texels", report.exploded_texels);
   if (report.skipped > 0) text += fmt::format("  {} steps skipped", report.skipped);
   return text;
 }

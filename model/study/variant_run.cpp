@@ -197,6 +197,7 @@ bool VariantRun::train_to(double fraction, const Progress& progress) {
               [&](const TrainingReport& report) {
                 row["skipped_steps"] = report.skipped;
                 row["dead_texels"] = report.dead_texels;
+                row["exploded_texels"] = report.exploded_texels;
                 if (report.losses.count("loss")) loss = report.losses.at("loss");
                 progress(
                     (1 - evaluation_share) * report.fraction,

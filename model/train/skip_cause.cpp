@@ -21,13 +21,19 @@ std::vector<std::string> non_finite_inputs(const DrivingSignal& signal) {
   return found;
 }
 
-std::string skip_text(const Adam::Counters::Skipped& skipped, const LoadRequest& views, const Capture& capture,
+std::string skip_text(const Adam::Counters& counters, const LoadRequest& views, const Capture& capture,
                       const std::vector<std::string>& not_finite) {
+  const Adam::Counters::Skipped& skipped = counters.last_skipped;
   std::vector<std::string> cameras;
   for (const int camera : views.cameras) cameras.push_back(capture.camera_names()[static_cast<size_t>(camera)]);
-  return fmt::format("step {} was skipped (frame {}, {}): the gradient of '{}' is not finite{}{}", skipped.step,
-                     views.frame, fmt::join(cameras, ", "), skipped.parameter, not_finite.empty() ? "" : ", nor is ",
-                     fmt::join(not_finite, ", "));
+  std::string text =
+      fmt::format("step {} was skipped (frame {}, {}): ", skipped.step, views.frame, fmt::join(cameras, ", "));
+  if (std::isfinite(skipped.norm)) {
+    return text + fmt::format("its gradient's norm {:.2g} is {:.2g} times the usual one, most of it of '{}'",
+                              skipped.norm, skipped.norm / counters.usual_norm, skipped.parameter);
+  }
+  return text + fmt::format("the gradient of '{}' is not finite{}{}", skipped.parameter,
+                            not_finite.empty() ? "" : ", nor is ", fmt::join(not_finite, ", "));
 }
 
 }  // namespace degas

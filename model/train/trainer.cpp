@@ -37,6 +37,7 @@ AdamOptions adam_options(const TrainConfig& train) {
   options.epsilon = train.epsilon;
   options.clip_above = train.gradient_clip.norm;
   options.clip_to = train.gradient_clip.scale;
+  options.spike_limit = train.spike_limit;
   return options;
 }
 
@@ -174,14 +175,14 @@ std::string Trainer::skip_cause(const Adam::Counters& counters) {
   for (const auto& [name, value] : forward(tape, {skipped.step, views, {}, prepared}).terms.values()) {
     if (name != "loss" && !std::isfinite(value)) not_finite.push_back(fmt::format("the loss's term {}", name));
   }
-  return skip_text(skipped, views, capture_, not_finite);
+  return skip_text(counters, views, capture_, not_finite);
 }
 
 void Trainer::require_progress(const Adam::Counters& counters) {
   if (counters.skipped_in_a_row < config_.train.max_skipped_steps) return;
   const std::string cause = skip_cause(counters);
   throw Error::format(
-      "training stopped at step {}: {} steps in a row had no finite gradient; {}{}{}; lower train.learning_rate or "
+      "training stopped at step {}: {} steps in a row were skipped; {}{}{}; lower train.learning_rate or "
       "look for broken pictures and parameters",
       step_, counters.skipped_in_a_row, cause, cause.empty() ? "" : "; ",
       run_.has_checkpoint() ? "the last good checkpoint stands" : "there is no checkpoint yet");
@@ -192,8 +193,12 @@ TrainingReport Trainer::make_report(const Step& step, const Adam::Counters& coun
   report.step = step_;
   report.fraction = fraction;
   report.losses = step.terms.values();
-  report.dead_texels = count_dead(step.opacities, step.log_scales);
+  const TexelFaults faults =
+      count_faults(step.opacities, step.log_scales, avatar_.base().log_scales, config_.loss.scale_limit);
+  report.dead_texels = faults.dead;
+  report.exploded_texels = faults.exploded;
   report.skipped = counters.skipped;
+  report.gradient_norm = counters.last_norm;
   report.skip_cause = skip_cause(counters);
   report.learning_rate = config_.train.learning_rate * learning_rate_factor(fraction);
   return report;

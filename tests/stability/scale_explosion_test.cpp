@@ -41,6 +41,7 @@ TEST_CASE("an avatar whose scales start at 50 times their base returns") {
     trainer.run(budget_of(config.train.iterations), [&](const TrainingReport& report) { reports.push_back(report); });
     *ratios = scale_ratios(trainer, *capture);
     CHECK(reports.front().losses.at("scale") > 0.1);
+    CHECK(reports.front().exploded_texels == static_cast<int64_t>(before.size() / 3));
     CHECK(reports.back().skipped == 0);
     return reports;
   };
@@ -48,6 +49,7 @@ TEST_CASE("an avatar whose scales start at 50 times their base returns") {
   const auto returned = train_exploded(&ratios);
   CHECK(returned.back().losses.at("scale") == 0);
   CHECK(returned.back().dead_texels == 0);
+  CHECK(returned.back().exploded_texels == 0);
   CHECK(ratios.back() <= 10);
   CHECK(ratios.front() > 1e-3);
   CHECK(mean_of_last_losses(returned) < 0.02);

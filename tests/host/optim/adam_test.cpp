@@ -146,6 +146,50 @@ TEST_CASE("a skipped step names the first gradient that is not finite, or the la
   CHECK(adam.counters().applied == 2);
 }
 
+TEST_CASE("a step whose norm is a spike changes nothing and is counted; a slow rise is none") {
+  Device& device = test::device(GENERATE(from_range(kernel_sets())));
+  Tensor small = random_tensor(device, {33}, 1), large = random_tensor(device, {5000}, 2);
+  Adam adam(device, {.spike_limit = 10});
+  adam.add("large", large);
+  adam.add("small", small);
+  const auto step = [&](double norm) {  // half of its square in the one element that is not zero
+    std::vector<double> values(5000, 0.0);
+    values[4500] = norm * std::sqrt(0.75);
+    give_gradient(large, values);
+    values.resize(33);
+    values[7] = norm * 0.5;
+    give_gradient(small, values);
+    adam.step({0.01});
+  };
+  // What 20 steps have not shown yet is no spike.
+  std::vector<double> logs;
+  for (int i = 0; i < 19; ++i) {
+    step(i == 3 ? 50 : 1);
+    logs.push_back(std::log(i == 3 ? 50 : 1));
+  }
+  CHECK(adam.counters().applied == 19);
+  step(2);
+  logs.push_back(std::log(2));
+  double mean = 0;
+  for (const double log : logs) mean += log / 20;
+  CHECK(adam.counters().usual_norm == Approx(std::exp(mean)).epsilon(1e-5));
+  const double usual = std::exp(mean);
+
+  const auto before = large.to_host<float>();
+  step(10.1 * usual);
+  CHECK(large.to_host<float>() == before);
+  CHECK(adam.counters().skipped == 1);
+  CHECK(adam.counters().last_skipped.step == 20);
+  CHECK(adam.counters().last_skipped.parameter == "large");
+  CHECK(adam.counters().last_skipped.norm == Approx(10.1 * usual).epsilon(1e-5));
+  CHECK(adam.counters().usual_norm == Approx(usual).epsilon(1e-5));  // which a spike is no part of
+  step(9.9 * usual);
+  CHECK(large.to_host<float>() != before);
+  CHECK(adam.counters().skipped_in_a_row == 0);
+  for (int i = 0; i < 400; ++i) step(std::exp(0.02 * i));  // to 3000 times the norm
+  CHECK(adam.counters().skipped == 1);
+}
+
 TEST_CASE("Adam gives the same bits each time, and close ones by both kernel sets") {
   const auto wide = some_steps(test::device(KernelSet::Wide)), gpu = some_steps(test::device(KernelSet::Gpu));
   CHECK(wide == some_steps(test::device(KernelSet::Wide)));
@@ -161,12 +205,13 @@ TEST_CASE("Adam restored from its moments and progress goes on with the same bit
   const std::vector<double> start = random_values(100, 1);
   const auto run = [&](bool interrupted) {
     Tensor value = Tensor::from(device, {100}, std::span<const double>(start));
-    Adam first(device), second(device);
+    const AdamOptions options{.spike_limit = 1.2};  // some steps are spikes
+    Adam first(device, options), second(device, options);
     first.add("p", value);
     second.add("p", value);
     Adam* adam = &first;
-    for (int step = 0; step < 6; ++step) {
-      if (interrupted && step == 3) {
+    for (int step = 0; step < 60; ++step) {
+      if (interrupted && step == 30) {
         const Adam::Parameter& from = first.parameters()[0];
         Tensor(second.parameters()[0].first_moment).upload(std::span<const float>(from.first_moment.to_host<float>()));
         Tensor(second.parameters()[0].second_moment)
@@ -174,10 +219,12 @@ TEST_CASE("Adam restored from its moments and progress goes on with the same bit
         second.restore(first.progress());
         adam = &second;
       }
-      give_gradient(value, random_values(100, 10 + step, -0.01, 0.01));
+      const double size = step % 7 == 0 ? 0.03 : 0.01;
+      give_gradient(value, random_values(100, 10 + step, -size, size));
       adam->step({1e-2});
     }
-    CHECK(adam->counters().applied == 6);
+    CHECK(adam->counters().applied + adam->counters().skipped == 60);
+    CHECK(adam->counters().skipped > 3);
     return value.to_host<float>();
   };
   CHECK(run(false) == run(true));

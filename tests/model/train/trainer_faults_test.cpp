@@ -91,6 +91,36 @@ TEST_CASE("training that has broken down stops, and the last good checkpoint sta
   CHECK(stands);
 }
 
+TEST_CASE("a loss spike is skipped; training that does nothing but spike stops, and tells where the spike is") {
+  Config config = tiny_config();
+  config.train.max_skipped_steps = 5;
+  config.train.checkpoint_every = 1;
+  const TemporaryFolder folder;
+  const RunFolder run = make_run(folder / "run", config);
+  const auto capture = open_scene();
+  Trainer trainer(wide(), config, *capture, run);
+  int skipped = 0;
+  const auto watch = [&](const TrainingReport& report) { skipped = report.skipped; };
+  trainer.run(budget_of(24), watch);
+  CHECK(skipped == 0);
+  // Scales of exp(20) times their base: the term that holds them is as large, and finite.
+  HeadBias scales(trainer, "head.rotation_scale", 4);
+  scales.add(20);
+  trainer.run(budget_of(25), watch);
+  CHECK(skipped == 1);
+  scales.add(-20);
+  trainer.run(budget_of(26), watch);
+  CHECK(skipped == 1);
+  const std::string good = file_text(run.checkpoint_file());
+  scales.add(20);
+  CHECK_THROWS_WITH(trainer.run(budget_of(100), watch), Contains("5 steps in a row were skipped; step ") &&
+                                                            Contains("its gradient's norm ") &&
+                                                            Contains(" times the usual one, most of it of '") &&
+                                                            Contains("the last good checkpoint stands"));
+  const bool same = file_text(run.checkpoint_file()) == good;
+  CHECK(same);
+}
+
 TEST_CASE("a learning rate far too high ends in an Error, not in an endless run") {
   Config config = tiny_config();
   config.train.learning_rate = 1e30;
@@ -99,8 +129,8 @@ TEST_CASE("a learning rate far too high ends in an Error, not in an endless run"
   const RunFolder run = make_run(folder / "run", config);
   const auto capture = open_scene();
   Trainer trainer(wide(), config, *capture, run);
-  CHECK_THROWS_WITH(train(trainer, config), Contains("no finite gradient; step ") && Contains("is not finite") &&
-                                                Contains("no checkpoint yet"));
+  CHECK_THROWS_WITH(train(trainer, config), Contains("steps in a row were skipped; step ") &&
+                                                Contains("is not finite") && Contains("no checkpoint yet"));
 }
 
 TEST_CASE("parameters that are not finite stop training too") {
