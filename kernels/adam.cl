@@ -5,10 +5,10 @@
 //      correction.
 //   3. update, once a batch of 1.: moments and values, or nothing when the step is skipped.
 // Batches as in common/batch.cl.
-// state: REAL[4] = norm, factor on the gradients (0 when skipped), running mean of the norm's logarithm over the steps
-// applied, norm of the last step skipped.
+// state: REAL[5] = norm, factor on the gradients (0 when skipped), logarithm of the largest norm of late (UNKNOWN: of
+// none); of the last step skipped its norm and that logarithm.
 // counters: int[5] = steps applied, steps skipped, steps skipped in a row up to now; of the last skipped one its number
-// and the first parameter whose gradient is not finite, or the one with the largest where each is.
+// and the first parameter whose gradient is not finite, or the one with the largest where all are.
 // owners: int per slot of `partial`, the number of its parameter.
 // applied, present: int per parameter. bias: REAL[2] per parameter = 1 - beta1^t, sqrt(1 - beta2^t), t = steps in which
 // the parameter itself was updated.
@@ -59,42 +59,55 @@ kernel void square_sums(EACH(GRADIENT) global REAL* partial, global int* owners,
   }
 }
 
-// Of the usual norm: it is known after so many steps, and is a mean over about so many.
+// What is known of the largest norm of late: from so many steps on; it is forgotten by a factor of e in so many steps,
+// and each spike raises it twofold, so that a change that stays is accepted where it is no more than a change.
 #define STEPS_TO_KNOW 20
-#define STEPS_OF_MEAN 100
+#define STEPS_TO_FORGET 100
+#define LOG_2 0.69314718f
+#define UNKNOWN -1e30f
 
-// The slot to blame for a sum that is too large or not finite.
-int worst_slot(global const REAL* partial, const int slots) {
-  int worst = 0;
+// The parameter to blame for a norm that is too large or not finite. A parameter's slots are neighbours.
+int worst_parameter(global const REAL* partial, global const int* owners, const int slots) {
+  int worst = owners[0], owner = -1;
+  REAL sum = 0, largest = -1;
   for (int slot = 0; slot < slots; ++slot) {
-    if (!(partial[slot] <= (REAL)3.0e38f)) return slot;
-    if (partial[slot] > partial[worst]) worst = slot;
+    sum = owners[slot] == owner ? sum + partial[slot] : partial[slot];
+    owner = owners[slot];
+    if (!(sum <= (REAL)3.0e38f)) return owner;
+    if (sum > largest) {
+      largest = sum;
+      worst = owner;
+    }
   }
   return worst;
 }
 
-// A norm above clip_above is scaled to clip_to (clip_above 0: never). One above spike_limit times the usual norm, the
-// exponential of the running mean, is skipped once STEPS_TO_KNOW have been applied (spike_limit 0: never). log_beta: natural logarithms of the betas.
-kernel void decide(global const REAL* partial, global const int* owners, global int* present, global int* applied, global REAL* bias,
-                   global REAL* state, global int* counters, local REAL* scratch, const int slots, const int parameters,
-                   const REAL clip_above, const REAL clip_to, const REAL spike_limit, const REAL log_beta1, const REAL log_beta2) {
+// A norm above clip_above is scaled to clip_to (clip_above 0: never). One above spike_limit times the largest of
+// late is skipped (spike_limit 0: never). log_beta: natural logarithms of the betas.
+kernel void decide(global const REAL* partial, global const int* owners, global int* present, global int* applied,
+                   global REAL* bias, global REAL* state, global int* counters, local REAL* scratch, const int slots,
+                   const int parameters, const REAL clip_above, const REAL clip_to, const REAL spike_limit,
+                   const REAL log_beta1, const REAL log_beta2) {
   const int item = get_local_id(0);
   REAL total = 0;
   for (int slot = item; slot < slots; slot += GROUP) total += partial[slot];
   total = sum_of_group(total, scratch);
   if (item == 0) {
     const REAL norm = sqrt(total);
-    const int is_known = spike_limit > 0 && counters[0] >= STEPS_TO_KNOW;
+    const int is_known = spike_limit > 0 && counters[0] >= STEPS_TO_KNOW && state[2] > UNKNOWN / 2;
     // Phrased so that NaN fails; the largest finite float bounds it in double precision too.
-    const int good = norm <= (REAL)3.0e38f && !(is_known && norm > spike_limit * exp(state[2]));
+    const int finite = norm <= (REAL)3.0e38f;
+    const int good = finite && !(is_known && norm > spike_limit * exp(state[2]));
     state[0] = norm;
     state[1] = !good ? 0 : clip_above > 0 && norm > clip_above ? clip_to / norm : (REAL)1;
     if (good) {
-      state[2] += (log(max(norm, (REAL)1e-30f)) - state[2]) / min(counters[0] + 1, STEPS_OF_MEAN);
+      state[2] = max(log(max(norm, (REAL)1e-30f)), state[2] - (REAL)1 / STEPS_TO_FORGET);
     } else {
       state[3] = norm;
+      state[4] = state[2];
       counters[3] = counters[0] + counters[1];
-      counters[4] = owners[worst_slot(partial, slots)];
+      counters[4] = worst_parameter(partial, owners, slots);
+      if (finite) state[2] += LOG_2;
     }
     counters[0] += good;
     counters[1] += !good;

@@ -106,7 +106,8 @@ struct TrainConfig {
   int64_t checkpoint_every = 10000;  ///< steps; 0: only at the end
   int64_t log_every = 100;           ///< steps between lines of history.jsonl
   uint64_t seed = 1;
-  double spike_limit = 100;    ///< steps whose gradient norm exceeds so many times the usual one are skipped; 0: none
+  double spike_limit =
+      100;  ///< steps whose gradient norm exceeds so many times the largest of late are skipped; 0: none
   int max_skipped_steps = 20;  ///< skipped steps (spikes, non-finite ones) in a row before training stops
 };
 

@@ -15,6 +15,7 @@ namespace {
 
 constexpr int64_t block = 4096;
 constexpr std::array<int32_t, 5> no_steps = {0, 0, 0, -1, -1};  // the kernels' counters
+constexpr double unknown_norm = -1e30;                          // the kernels' UNKNOWN
 
 /// The kernels' Batch.
 struct BatchArgument {
@@ -61,7 +62,7 @@ void Adam::allocate() {
   present_ = Tensor::zeros(device_, {count}, Element::Int32);
   applied_ = Tensor::zeros(device_, {count}, Element::Int32);
   bias_ = Tensor::zeros(device_, {count, 2});
-  state_ = Tensor::zeros(device_, {4});
+  state_ = Tensor::from(device_, {5}, std::span<const double>(std::array{0.0, 1.0, unknown_norm, 0.0, 0.0}));
   counters_ = Tensor::from(device_, {5}, std::span<const int32_t>(no_steps));
 }
 
@@ -140,8 +141,10 @@ Adam::Counters Adam::counters() const {
   if (parameters_.empty()) return {};
   const std::vector<int32_t> counts = counters_.to_host<int32_t>();
   const std::vector<double> state = state_.to_host<double>();
-  Counters counters{counts[0], counts[1], counts[2], state[0], std::exp(state[2]), {}};
-  if (counts[4] >= 0) counters.last_skipped = {counts[3], parameters_[static_cast<size_t>(counts[4])].name, state[3]};
+  Counters counters{counts[0], counts[1], counts[2], state[0], {}};
+  if (counts[4] >= 0) {
+    counters.last_skipped = {counts[3], parameters_[static_cast<size_t>(counts[4])].name, state[3], std::exp(state[4])};
+  }
   return counters;
 }
 
@@ -161,7 +164,8 @@ void Adam::restore(const Progress& progress) {
   counts[0] = progress.counters.applied;
   counts[1] = progress.counters.skipped;
   counts[2] = progress.counters.skipped_in_a_row;
-  const std::vector<double> state{progress.counters.last_norm, 1, progress.mean_log_norm, 0};
+  const std::vector<double> state{progress.counters.last_norm, 1, progress.log_largest_norm.value_or(unknown_norm), 0,
+                                  0};
   counters_.upload(std::span<const int32_t>(counts));
   state_.upload(std::span<const double>(state));
   applied_.upload(std::span<const int32_t>(progress.applied));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,9 @@ struct AdamOptions {
   /// A norm over all gradients above clip_above is scaled to clip_to (the method's rule: above 1 to 0.1; the usual
   /// clip has both equal). clip_above 0: gradients are never scaled.
   double clip_above = 1, clip_to = 0.1;
-  /// A step whose norm exceeds so many times the usual one is skipped as one that is not finite is. The usual norm is
-  /// the geometric mean over about the last hundred steps, and known after the first twenty. 0: none is skipped.
+  /// A step whose norm exceeds so many times the largest of late is skipped as one that is not finite is; from the
+  /// twentieth step on. What is the largest of late halves in about 70 steps, and doubles at each spike, so that a
+  /// change that stays is accepted. 0: none is skipped.
   double spike_limit = 0;
 };
 
@@ -31,20 +33,19 @@ class Adam {
   };
   struct Counters {
     int applied = 0, skipped = 0, skipped_in_a_row = 0;
-    double last_norm = 0;   ///< of the last step, before clipping
-    double usual_norm = 1;  ///< AdamOptions::spike_limit
+    double last_norm = 0;  ///< of the last step, before clipping
     struct Skipped {
-      int step = -1;          ///< number of the call of step(), from 0
-      std::string parameter;  ///< the first whose gradient is not finite; the largest where each is
-      double norm = 0;
+      int step = -1;                      ///< number of the call of step(), from 0
+      std::string parameter;              ///< the first whose gradient is not finite; the largest where all are
+      double norm = 0, largest_norm = 0;  ///< its own, and the largest of late before it
     };
     Skipped last_skipped;  ///< since the start or restore(); step -1: none was
   };
   /// Everything besides moments that a checkpoint needs to go on with the same bits.
   struct Progress {
     Counters counters;
-    std::vector<int32_t> applied;  ///< updates of each parameter, in the order of parameters()
-    double mean_log_norm = 0;
+    std::vector<int32_t> applied;            ///< updates of each parameter, in the order of parameters()
+    std::optional<double> log_largest_norm;  ///< nothing: not known, as before the first step
   };
 
   explicit Adam(Device& device, const AdamOptions& options = {});

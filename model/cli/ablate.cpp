@@ -31,6 +31,13 @@ void ablate(const AblateOptions& options) {
     throw Error::format("--out {}: holds the study '{}', whose table would be lost; name another folder",
                         setup.output.string(), before.value("study", ""));
   }
+  for (const nlohmann::json& row : before.is_object() ? before.value("variants", nlohmann::json()) : nlohmann::json()) {
+    const std::string name = row.value("name", "");
+    if (std::none_of(variants.begin(), variants.end(), [&](const Variant& variant) { return variant.name == name; }))
+      throw Error::format(
+          "--out {}: its table has '{}', which would be lost; leave --only away, or name another folder",
+          setup.output.string(), name);
+  }
   std::string table;
   const auto write = [&](const StudyResult& result) {
     const nlohmann::json ablation = ablation_json(options.study, setup, variants, result);

@@ -78,6 +78,7 @@ class CorruptedCapture final : public WrappedCapture {
 
   Pose pose(int frame) const override {
     Pose pose = source().pose(frame);
+    if (corruption_.registration_degrees == 0 && corruption_.registration_metres == 0) return pose;
     Random random = draws(PoseStream, frame);
     const double largest = corruption_.registration_degrees * std::numbers::pi / 180;
     for (Eigen::Vector3d& axis_angle : pose.axis_angles) {

@@ -51,7 +51,7 @@ class CachedCapture::Store {
   std::span<const std::byte> frame(int index) const {
     return mapped_->bytes().subspan(offset(index), offset(index + 1) - offset(index));
   }
-  bool is_whole(int index) const { return Checksum::of(frame(index)) == number(header_.frames + 1 + index); }
+  bool is_intact(int index) const { return Checksum::of(frame(index)) == number(header_.frames + 1 + index); }
   std::string warning() const {
     const auto text = mapped_->bytes().last(static_cast<size_t>(header_.warning_bytes));
     return {reinterpret_cast<const char*>(text.data()), text.size()};
@@ -108,7 +108,7 @@ Sample CachedCapture::load(int frame, int camera) const {
   }
   Sample sample{frame, camera, source().camera(camera), {}, {}};
   const auto unpacks = [&](const Store& store) {
-    return store.is_whole(frame) &&
+    return store.is_intact(frame) &&
            unpack_person(store.frame(frame), sample.view.width, sample.view.height, sample.image, sample.mask);
   };
   const std::shared_ptr<const Store> kept = store(camera);

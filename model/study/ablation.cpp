@@ -68,16 +68,28 @@ std::string with_error(const std::string& measure, const json& value, const char
   return text;
 }
 
-std::string training_text(const json& runs) {
+/// Steps that were skipped in all runs; empty where one does not tell.
+std::string skipped_text(const json& runs) {
+  int64_t skipped = 0;
+  for (const json& run : runs) {
+    if (!run.at("training").contains("skipped_steps")) return "";
+    skipped += run.at("training").at("skipped_steps").get<int64_t>();
+  }
+  return std::to_string(skipped);
+}
+
+std::string training_text(const json& runs, int seeds) {
   std::vector<std::string> steps;
   for (const json& run : runs) steps.push_back(std::to_string(run.at("training").at("steps").get<int64_t>()));
   // Under a budget in steps all seeds have as many.
-  if (std::adjacent_find(steps.begin(), steps.end(), std::not_equal_to<>()) == steps.end()) return steps.front();
-  return fmt::format("{}", fmt::join(steps, ", "));
+  const bool is_one = std::adjacent_find(steps.begin(), steps.end(), std::not_equal_to<>()) == steps.end();
+  std::string text = is_one ? steps.front() : fmt::format("{}", fmt::join(steps, ", "));
+  if (static_cast<int>(steps.size()) < seeds) text += fmt::format(" ({} of {} seeds)", steps.size(), seeds);
+  return text;
 }
 
-std::string result_table(const json& variants, const std::string& evaluation,
-                         const std::vector<std::string>& measures) {
+std::string result_table(const json& variants, const std::string& evaluation, const std::vector<std::string>& measures,
+                         int seeds) {
   const bool has_paper =
       std::any_of(variants.begin(), variants.end(), [](const json& v) { return !v["paper"].empty(); });
   std::vector<std::vector<std::string>> rows = {{evaluation}};
@@ -93,13 +105,14 @@ std::string result_table(const json& variants, const std::string& evaluation,
     for (const std::string& measure : measures)
       row.push_back(values.contains(measure) ? with_error(measure, values[measure], "deviation", false) : "");
     row.push_back(values.contains("fps") ? fmt::format("{:.1f}", values["fps"]["mean"].get<double>()) : "");
-    row.push_back(training_text(variant["runs"]));
+    row.push_back(training_text(variant["runs"], seeds));
     if (has_seeds) {
-      const json& psnr = values["psnr"];
-      row.push_back(measure_text("psnr", psnr["lowest"].get<double>() - psnr["median"].get<double>(), true));
-      int64_t skipped = 0;
-      for (const json& run : variant["runs"]) skipped += run["training"].value("skipped_steps", int64_t{0});
-      row.push_back(std::to_string(skipped));
+      row.push_back(values.contains("psnr")
+                        ? measure_text("psnr",
+                                       values["psnr"]["lowest"].get<double>() - values["psnr"]["median"].get<double>(),
+                                       true)
+                        : "");
+      row.push_back(skipped_text(variant["runs"]));
     }
     std::vector<std::string> paper;
     for (const json& published : variant["paper"]) {
@@ -174,7 +187,7 @@ std::string ablation_markdown(const json& ablation) {
   for (const json& capture : ablation.at("measured_on")) {
     const std::string name = capture.get<std::string>();
     const std::vector<std::string> measures = shown_measures(first["evaluations"][name]["metrics"]);
-    text += "\n" + result_table(variants, name, measures);
+    text += "\n" + result_table(variants, name, measures, ablation.at("seeds").get<int>());
     const std::string differences = difference_table(variants, name, measures);
     if (!differences.empty()) text += "\n" + differences;
   }

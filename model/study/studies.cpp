@@ -97,7 +97,8 @@ std::vector<Variant> size_study(const Variant& base) {
 }
 
 std::vector<Variant> stability_study(const Variant& base) {
-  std::vector<Variant> all = {varied(base, "as recorded", {})};
+  std::vector<Variant> all = {
+      varied(base, base.config.data.corruption == CorruptionConfig() ? "as recorded" : "as configured", {})};
   const auto add = [&](const std::string& name, const std::vector<std::string>& overrides) {
     all.push_back(varied(base, name, overrides));
   };

@@ -195,7 +195,6 @@ bool VariantRun::train_to(double fraction, const Progress& progress) {
   trainer.run({setup_.budget.step_limit(), setup_.budget.minutes,
                [&] { return setup_.stop_requested() || (fraction < 1 && reached()); }},
               [&](const TrainingReport& report) {
-                row["skipped_steps"] = report.skipped;
                 row["dead_texels"] = report.dead_texels;
                 row["exploded_texels"] = report.exploded_texels;
                 if (report.losses.count("loss")) loss = report.losses.at("loss");
@@ -203,6 +202,7 @@ bool VariantRun::train_to(double fraction, const Progress& progress) {
                     (1 - evaluation_share) * report.fraction,
                     fmt::format("step {}  loss {:.4f}  {:.2f} steps/s", report.step, loss, report.steps_per_second));
               });
+  row["skipped_steps"] = trainer.skipped_steps();
   row["steps"] = trainer.step();
   row["minutes"] = setup_.budget.minutes ? trainer.minutes_spent() : minutes_by_history();
   row["parameters"] = trainer.avatar().network().parameters().count();

@@ -155,7 +155,7 @@ double Trainer::validation_psnr() {
 
 std::string Trainer::skip_cause(const Adam::Counters& counters) {
   const Adam::Counters::Skipped& skipped = counters.last_skipped;
-  if (skipped.step == told_skip_) return "";
+  if (skipped.step < 0 || skipped.step == told_skip_) return "";
   told_skip_ = skipped.step;
   // Frames of a step and all that is drawn at random follow from its number.
   const LoadRequest views = schedule_.plan(skipped.step);
@@ -164,26 +164,24 @@ std::string Trainer::skip_cause(const Adam::Counters& counters) {
   FaceCodes codes(validation_codes_);  // the loader's thread is at the trainer's own
   const PreparedStep prepared =
       StepPreparer(config_, capture_, avatar_, views_, codes).prepare(skipped.step, views, samples);
-  std::vector<std::string> not_finite = non_finite_inputs(prepared.signal);
-  for (const Adam::Parameter& parameter : optimiser_.parameters()) {
-    if (!is_finite(parameter.value.to_host<float>())) {
-      not_finite.push_back(fmt::format("the parameter '{}'", parameter.name));
-      break;
-    }
-  }
   Tape tape(device_, false);
-  for (const auto& [name, value] : forward(tape, {skipped.step, views, {}, prepared}).terms.values()) {
-    if (name != "loss" && !std::isfinite(value)) not_finite.push_back(fmt::format("the loss's term {}", name));
+  const auto losses = forward(tape, {skipped.step, views, {}, prepared}).terms.values();
+  return skip_text(skipped, views, capture_, {is_finite(prepared.signal.pose), non_finite_parameter(), losses});
+}
+
+std::string Trainer::non_finite_parameter() const {
+  for (const Adam::Parameter& parameter : optimiser_.parameters()) {
+    if (!is_finite(parameter.value.to_host<float>())) return parameter.name;
   }
-  return skip_text(counters, views, capture_, not_finite);
+  return "";
 }
 
 void Trainer::require_progress(const Adam::Counters& counters) {
   if (counters.skipped_in_a_row < config_.train.max_skipped_steps) return;
   const std::string cause = skip_cause(counters);
   throw Error::format(
-      "training stopped at step {}: {} steps in a row were skipped; {}{}{}; lower train.learning_rate or "
-      "look for broken pictures and parameters",
+      "training stopped at step {}: {} steps in a row were skipped; {}{}{}; lower "
+      "train.learning_rate, look for broken pictures and parameters, or raise train.spike_limit where it is a spike",
       step_, counters.skipped_in_a_row, cause, cause.empty() ? "" : "; ",
       run_.has_checkpoint() ? "the last good checkpoint stands" : "there is no checkpoint yet");
 }
@@ -220,6 +218,7 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       step_, budget.iterations);
   Clock::time_point last_report = start;
   int64_t last_reported_step = step_;
+  bool save_due = false;
   TrainingEnd end = TrainingEnd::Finished;
   while (step_ < budget.iterations) {
     if (budget.stop_requested())
@@ -234,10 +233,10 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
     const auto due = [&](int64_t every) { return every > 0 && (step_ % every == 0 || last); };
     const bool validates = due(config_.train.validation_every) && !views_.validation.empty();
     const bool reports = due(config_.train.log_every) || validates;
-    const bool saves = !last && due(config_.train.checkpoint_every);
+    save_due = save_due || due(config_.train.checkpoint_every);
     // Reading the counters waits for the device, so it is not done at every step.
     Adam::Counters counters;
-    if (reports || saves || last || step_ % config_.train.max_skipped_steps == 0) {
+    if (reports || save_due || last || step_ % config_.train.max_skipped_steps == 0) {
       counters = optimiser_.counters();
       require_progress(counters);
     }
@@ -252,11 +251,14 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       report(line);
     }
     if (budget.minutes) minutes_spent_ = minutes();
-    // Steps that fail may be the last good checkpoint's successors for good: it stays until one succeeds.
-    if (saves && counters.skipped_in_a_row == 0) save();
+    // Parameters that went wrong may be what steps fail by: the last good checkpoint stays until one succeeds.
+    if (save_due && !last && counters.skipped_in_a_row == 0) {
+      save();
+      save_due = false;
+    }
   }
   if (budget.minutes) minutes_spent_ = minutes();
-  if (optimiser_.counters().skipped_in_a_row == 0 || !run_.has_checkpoint()) save();
+  if (optimiser_.counters().skipped_in_a_row == 0 || !run_.has_checkpoint() || non_finite_parameter().empty()) save();
   return end;
 }
 
@@ -285,12 +287,16 @@ void Trainer::resume() {
       throw Error::format("{}: its header has no '{}'; use an older copy", file, key);
   }
   Config saved = parse_config(checkpoint.header.at("config").dump(), file);
-  // How long to train and how often to tell may change from call to call; everything else makes another run of it.
+  // How long to train, how often to tell and what helps a run that went astray may change from call to call; everything
+  // else makes another run of it.
   saved.description = config_.description;
   saved.train.iterations = config_.train.iterations;
   saved.train.log_every = config_.train.log_every;
   saved.train.validation_every = config_.train.validation_every;
   saved.train.checkpoint_every = config_.train.checkpoint_every;
+  saved.train.learning_rate = config_.train.learning_rate;
+  saved.train.spike_limit = config_.train.spike_limit;
+  saved.train.max_skipped_steps = config_.train.max_skipped_steps;
   if (const std::vector<std::string> differences = config_differences(saved, config_); !differences.empty()) {
     throw Error::format("{}: was trained with another configuration: {}; resume with the same, or name another --out",
                         file, fmt::join(differences, ", "));
@@ -300,6 +306,7 @@ void Trainer::resume() {
                         file);
   }
   restore_optimiser(optimiser_, checkpoint);
+  told_skip_ = -1;
   try {
     step_ = checkpoint.header.at("step");
     minutes_spent_ = checkpoint.header.value("minutes_spent", 0.0);

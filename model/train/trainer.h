@@ -35,10 +35,12 @@ class Trainer {
   /// another configuration or capture.
   void resume();
   /// Trains until the budget is spent; saves at the end, at Ctrl-C and every train.checkpoint_every steps. Throws Error
-  /// after train.max_skipped_steps non-finite steps in a row; the last good checkpoint then stands.
+  /// after train.max_skipped_steps skipped steps in a row; the last good checkpoint then stands.
   TrainingEnd run(const TrainingBudget& budget, const std::function<void(const TrainingReport&)>& report);
 
   int64_t step() const { return step_; }
+  /// Of all, resumed ones included. Waits for the device.
+  int skipped_steps() const { return optimiser_.counters().skipped; }
   /// Of training so far, resumed ones included, under a budget in minutes; 0 under one in steps.
   double minutes_spent() const { return minutes_spent_; }
   const Avatar& avatar() const { return avatar_; }
@@ -55,9 +57,11 @@ class Trainer {
   std::vector<SplatImage> draw(Tape& tape, const Splats& splats, const std::vector<TrainingPicture>& pictures);
   double learning_rate_factor(double fraction) const;
   double validation_psnr();
-  /// Why the last skipped step was skipped: its views, the first gradient that is not finite, and, by drawing it once
-  /// more, which of its inputs, parameters and losses are not. Empty where none was skipped since the last call.
+  /// Why the last skipped step was skipped (skip_text), by drawing it once more. Empty where none was skipped since the
+  /// last call.
   std::string skip_cause(const Adam::Counters& counters);
+  /// The first parameter that holds a number that is not finite; empty where none does.
+  std::string non_finite_parameter() const;
   /// Throws the Error of steps that fail in a row.
   void require_progress(const Adam::Counters& counters);
   TrainingReport make_report(const Step& step, const Adam::Counters& counters, double fraction);

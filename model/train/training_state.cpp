@@ -13,7 +13,7 @@ void store_optimiser(const Adam& optimiser, Checkpoint& checkpoint) {
   checkpoint.header["optimiser"] = {{"applied", progress.counters.applied},
                                     {"skipped", progress.counters.skipped},
                                     {"skipped_in_a_row", progress.counters.skipped_in_a_row},
-                                    {"mean_log_norm", progress.mean_log_norm},
+                                    {"log_largest_norm", *progress.log_largest_norm},
                                     {"updates", progress.applied}};
   for (const Adam::Parameter& parameter : optimiser.parameters()) {
     checkpoint.arrays.emplace_back(parameter.name, parameter.value.to_host<float>());
@@ -29,7 +29,8 @@ void restore_optimiser(Adam& optimiser, const Checkpoint& checkpoint) {
     progress.counters.applied = saved.at("applied");
     progress.counters.skipped = saved.at("skipped");
     progress.counters.skipped_in_a_row = saved.at("skipped_in_a_row");
-    progress.mean_log_norm = saved.value("mean_log_norm", 0.0);  // older ones lack it; it is soon known again
+    // Checkpoints of before there was one lack it: it is then learnt anew.
+    if (saved.contains("log_largest_norm")) progress.log_largest_norm = saved.at("log_largest_norm").get<double>();
     progress.applied = saved.at("updates").get<std::vector<int32_t>>();
   } catch (const nlohmann::json::exception& error) {
     throw Error::format("{}: the optimiser's counters are missing or broken: {}", checkpoint.file.string(),

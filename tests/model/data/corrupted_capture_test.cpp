@@ -100,6 +100,14 @@ TEST_CASE("the turn comes on top of the pose") {
   CHECK(capture->pose(0).translation == Eigen::Vector3d::Zero());
 }
 
+TEST_CASE("where the registration is right it stays, bit for bit") {
+  auto source = recording();
+  source->jaw = {3.5, 0.1, 0};  // beyond half a turn, which a matrix would not tell
+  const auto capture = corrupted(std::move(source), wrong_masks(0.5), 1);
+  CHECK(capture->pose(3).axis_angles[JawJoint] == Eigen::Vector3d(3.5, 0.1, 0));
+  CHECK(capture->pose(3).translation == Eigen::Vector3d::Zero());
+}
+
 TEST_CASE("a share of the masks is wrong, colours stay within the mask, and somebody is in every picture") {
   const auto right = recording();
   const auto capture = with(wrong_masks(0.2));

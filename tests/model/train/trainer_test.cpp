@@ -44,8 +44,11 @@ TEST_CASE("one seed, one checkpoint; another seed, another") {
   CHECK(bytes.size() > 1000000);
   config.train.seed = 2;
   const std::string other = trained_bytes(config);
-  CHECK(bytes.size() == other.size());
-  const bool seed_matters = bytes != other;
+  // The header tells the seed; what was trained with it lies at the end.
+  const auto arrays = [](const std::string& checkpoint) {
+    return checkpoint.substr(checkpoint.size() - 1000000, 999000);
+  };
+  const bool seed_matters = arrays(bytes) != arrays(other);
   CHECK(seed_matters);
 }
 
