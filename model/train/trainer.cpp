@@ -1,7 +1,5 @@
 #include "model/train/trainer.h"
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <any>
 #include <chrono>
@@ -13,7 +11,6 @@
 #include "model/loss/metrics.h"
 #include "model/train/picture.h"
 #include "model/train/skip_cause.h"
-#include "model/train/training_state.h"
 
 namespace degas {
 namespace {
@@ -260,62 +257,6 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
   if (budget.minutes) minutes_spent_ = minutes();
   if (optimiser_.counters().skipped_in_a_row == 0 || !run_.has_checkpoint() || non_finite_parameter().empty()) save();
   return end;
-}
-
-void Trainer::save() const {
-  std::vector<int> refined_frames;
-  for (const auto& [frame, correction] : corrections_) refined_frames.push_back(frame);
-  Checkpoint checkpoint;
-  checkpoint.header = {{"step", step_},
-                       {"config", nlohmann::json::parse(config_text(config_))},
-                       {"capture", capture_.identity()},
-                       {"pictures", capture_.picture_identity()},
-                       {"betas", avatar_.betas()},
-                       {"face_code_size", codes_.size()},
-                       {"refined_frames", refined_frames}};
-  // Only where the clock was the budget: otherwise the bytes shall depend on the steps alone.
-  if (minutes_spent_ > 0) checkpoint.header["minutes_spent"] = minutes_spent_;
-  store_optimiser(optimiser_, checkpoint);
-  run_.save(checkpoint);
-}
-
-void Trainer::resume() {
-  const Checkpoint checkpoint = run_.checkpoint_to_resume();
-  const std::string file = checkpoint.file.string();
-  for (const char* key : {"config", "capture", "step"}) {
-    if (!checkpoint.header.contains(key))
-      throw Error::format("{}: its header has no '{}'; use an older copy", file, key);
-  }
-  Config saved = parse_config(checkpoint.header.at("config").dump(), file);
-  // How long to train, how often to tell and what helps a run that went astray may change from call to call; everything
-  // else makes another run of it.
-  saved.description = config_.description;
-  saved.train.iterations = config_.train.iterations;
-  saved.train.log_every = config_.train.log_every;
-  saved.train.validation_every = config_.train.validation_every;
-  saved.train.checkpoint_every = config_.train.checkpoint_every;
-  saved.train.learning_rate = config_.train.learning_rate;
-  saved.train.spike_limit = config_.train.spike_limit;
-  saved.train.max_skipped_steps = config_.train.max_skipped_steps;
-  if (const std::vector<std::string> differences = config_differences(saved, config_); !differences.empty()) {
-    throw Error::format("{}: was trained with another configuration: {}; resume with the same, or name another --out",
-                        file, fmt::join(differences, ", "));
-  }
-  if (checkpoint.header.at("capture") != capture_.identity()) {
-    throw Error::format("{}: was trained on another capture, or its files changed; give that --data, or another --out",
-                        file);
-  }
-  restore_optimiser(optimiser_, checkpoint);
-  told_skip_ = -1;
-  try {
-    step_ = checkpoint.header.at("step");
-    minutes_spent_ = checkpoint.header.value("minutes_spent", 0.0);
-  } catch (const nlohmann::json::exception& error) {
-    throw Error::format("{}: its header is broken: {}; use an older copy", file, error.what());
-  }
-  run_.remove_leftovers();
-  run_.truncate_history(step_);
-  run_.write_config(config_);
 }
 
 }  // namespace degas
