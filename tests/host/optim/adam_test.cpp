@@ -146,7 +146,8 @@ TEST_CASE("a skipped step names the first gradient that is not finite, or the la
   CHECK(adam.counters().applied == 2);
 }
 
-TEST_CASE("a step whose norm is a spike changes nothing and is counted; what rises slowly or stays is none") {
+TEST_CASE("a step whose norm is a spike changes nothing and is counted; what rises slowly or stays is none",
+          "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   Tensor small = random_tensor(device, {33}, 1), large = random_tensor(device, {9000}, 2);
   Adam adam(device, {.spike_limit = 10});
