@@ -31,8 +31,8 @@ class Trainer {
   /// body: read from the run folder. Throws Error when the capture, body and config do not fit together.
   Trainer(Device& device, const Config& config, const Capture& capture, const RunFolder& run);
 
-  /// Continues from the run's checkpoint; its length and reporting intervals may differ. Throws Error when it is of
-  /// another configuration or capture.
+  /// Continues from the run's checkpoint. Its length and reporting intervals may differ, and, which is warned of, what
+  /// the Error of skipped steps advises to change. Throws Error when it is of another configuration or capture.
   void resume();
   /// Trains until the budget is spent; saves at the end, at Ctrl-C and every train.checkpoint_every steps. Throws Error
   /// after train.max_skipped_steps skipped steps in a row; the last good checkpoint then stands.

@@ -39,9 +39,11 @@ void Trainer::resume() {
   saved.train.log_every = config_.train.log_every;
   saved.train.validation_every = config_.train.validation_every;
   saved.train.checkpoint_every = config_.train.checkpoint_every;
+  const Config before = saved;
   saved.train.learning_rate = config_.train.learning_rate;
   saved.train.spike_limit = config_.train.spike_limit;
   saved.train.max_skipped_steps = config_.train.max_skipped_steps;
+  const std::vector<std::string> changes = config_differences(before, saved);
   if (const std::vector<std::string> differences = config_differences(saved, config_); !differences.empty()) {
     throw Error::format("{}: was trained with another configuration: {}; resume with the same, or name another --out",
                         file, fmt::join(differences, ", "));
@@ -50,6 +52,7 @@ void Trainer::resume() {
     throw Error::format("{}: was trained on another capture, or its files changed; give that --data, or another --out",
                         file);
   }
+  for (const std::string& change : changes) print_warning("going on with another " + change);
   restore_optimiser(optimiser_, checkpoint);
   told_skip_ = -1;
   try {

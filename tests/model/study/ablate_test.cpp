@@ -146,6 +146,11 @@ TEST_CASE("a stability study tells the worst of its seeds, and its evaluations a
   CHECK(variant.at("runs")[0].at("training").at("skipped_steps") == 0);
   CHECK_THAT(file_text(ablate.output / "ablation.md"), Contains("PSNR, worst seed minus median | steps skipped"));
 
+  // Another choice of variants would take the first one's row from the table.
+  StudyCommand other = ablate;
+  other.more[3] = "20 % of masks wrong";
+  check_refused(other(), {"its table has 'registration off by up to 3 degrees and 1 cm', which would be lost"});
+
   // The registration that training saw, on the recording that it saw; never a wrong mask in what is measured.
   const fs::path run = ablate.output / "registration-off-by-up-to-3-degrees-and-1-cm/seed2/run",
                  scene = training_scene();
