@@ -3,45 +3,12 @@
 #include <deque>
 #include <unordered_map>
 
+#include "host/device/open_cl_status.h"
 #include "host/device/program.h"
 #include "host/device/tuner.h"
 #include "host/error.h"
 
 namespace degas {
-namespace {
-
-void check(cl_int status, const char* what, const std::string& device) {
-  constexpr cl_int broken_by_nvidia = -9999;  // an access outside of memory, by its driver
-  switch (status) {
-    case CL_SUCCESS:
-      return;
-    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
-    case CL_OUT_OF_RESOURCES:
-    case CL_OUT_OF_HOST_MEMORY:
-      throw Error::format(
-          "device out of memory in {} (OpenCL status {}); lower net.resolution, net.width or train.views_per_step",
-          what, status);
-    case CL_DEVICE_NOT_AVAILABLE:
-    case CL_INVALID_DEVICE:
-    case CL_INVALID_CONTEXT:
-    case CL_INVALID_COMMAND_QUEUE:
-    case CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST:
-    case broken_by_nvidia:
-      throw Error::format(
-          "device {}: lost in {} (OpenCL status {}): reset, switched off or stopped by its driver; see the system's "
-          "log, "
-          "then start again: training goes on from its checkpoint with --resume",
-          device, what, status);
-    case CL_INVALID_WORK_GROUP_SIZE:
-      throw Error::format(
-          "device {}: too few registers or too little local memory for a work-group of {}; try --device", device, what);
-    default:
-      throw std::logic_error(fmt::format("[{}] OpenCL status {}", what, status));
-  }
-}
-
-}  // namespace
-
 struct Device::OpenCl {
   cl_device_id device = nullptr;
   cl_context context = nullptr;
@@ -89,10 +56,10 @@ Device::Device(const DeviceOptions& options) : options_(options), open_cl_(std::
   open_cl_->device = found.id;
   cl_int status = CL_SUCCESS;
   open_cl_->context = clCreateContext(nullptr, 1, &found.id, nullptr, nullptr, &status);
-  check(status, "clCreateContext", description_.name);
+  check_status(status, "clCreateContext", description_.name);
   open_cl_->queue =
       clCreateCommandQueue(open_cl_->context, found.id, options.profile ? CL_QUEUE_PROFILING_ENABLE : 0, &status);
-  check(status, "clCreateCommandQueue", description_.name);
+  check_status(status, "clCreateCommandQueue", description_.name);
   pool_ = std::make_unique<MemoryPool>(open_cl_->context, description_.name, description_.largest_buffer_bytes,
                                        options.memory_limit);
 }
@@ -124,8 +91,7 @@ Kernel Device::kernel(const std::string& file, const std::string& name, const De
   }
   cl_int status = CL_SUCCESS;
   cl_kernel handle = clCreateKernel(program->second, name.c_str(), &status);
-  if (status != CL_SUCCESS)
-    throw std::logic_error(fmt::format("kernels/{}.cl has no kernel '{}' ({})", file, name, status));
+  check_status(status, fmt::format("clCreateKernel of {}/{}", file, name), description_.name);
   const auto built = open_cl_->kernels.emplace(kernel_key, OpenCl::Built{handle, file + "/" + name}).first;
   return Kernel(*this, handle, &built->second.name);
 }
@@ -141,7 +107,7 @@ void Device::set_tuner(std::unique_ptr<Tuner> tuner) {
 template <typename Enqueue>
 void Device::profiled(const char* name, const Enqueue& enqueue) {
   cl_event event = nullptr;
-  check(enqueue(options_.profile ? &event : nullptr), name, description_.name);
+  check_status(enqueue(options_.profile ? &event : nullptr), name, description_.name);
   if (event) profiler_.record(stage_, name, event);
 }
 
@@ -164,8 +130,9 @@ void Device::upload(const Memory& target, const void* source, size_t bytes) {
   open_cl_->retire_uploads(false);
   const auto* begin = static_cast<const unsigned char*>(source);
   auto& [event, staging] = open_cl_->uploads.emplace_back(nullptr, std::vector<unsigned char>(begin, begin + bytes));
-  check(clEnqueueWriteBuffer(open_cl_->queue, target.handle(), CL_FALSE, 0, bytes, staging.data(), 0, nullptr, &event),
-        "upload", description_.name);
+  check_status(
+      clEnqueueWriteBuffer(open_cl_->queue, target.handle(), CL_FALSE, 0, bytes, staging.data(), 0, nullptr, &event),
+      "upload", description_.name);
   if (options_.profile) {
     clRetainEvent(event);
     profiler_.record(stage_, "memory/upload", event);
@@ -175,8 +142,9 @@ void Device::upload(const Memory& target, const void* source, size_t bytes) {
 
 void Device::download(const Memory& source, void* target, size_t bytes, size_t offset) {
   if (bytes == 0) return;
-  check(clEnqueueReadBuffer(open_cl_->queue, source.handle(), CL_TRUE, offset, bytes, target, 0, nullptr, nullptr),
-        "download", description_.name);
+  check_status(
+      clEnqueueReadBuffer(open_cl_->queue, source.handle(), CL_TRUE, offset, bytes, target, 0, nullptr, nullptr),
+      "download", description_.name);
 }
 
 void Device::copy(const Memory& source, const Memory& target, size_t bytes) {
@@ -194,7 +162,7 @@ void Device::fill(const Memory& target, unsigned char value, size_t bytes) {
 }
 
 void Device::finish() {
-  check(clFinish(open_cl_->queue), "finish", description_.name);
+  check_status(clFinish(open_cl_->queue), "finish", description_.name);
 }
 
 std::vector<Profiler::Row> Device::take_profile() {
@@ -204,10 +172,8 @@ std::vector<Profiler::Row> Device::take_profile() {
 
 void Kernel::set_raw(unsigned index, size_t bytes, const void* value) const {
   const cl_int status = clSetKernelArg(handle_, index, bytes, value);
-  if (status != CL_SUCCESS) {
-    throw std::logic_error(
-        fmt::format("[{}] argument {} of {} bytes refused (status {})", *name_, index, bytes, status));
-  }
+  if (status == CL_SUCCESS) return;
+  check_status(status, fmt::format("argument {} of {} bytes for {}", index, bytes, *name_), device_->description_.name);
 }
 
 void Kernel::set_memory(unsigned index, const Memory* memory) const {

@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "host/device/open_cl_status.h"
 #include "host/error.h"
 
 namespace degas {
@@ -69,6 +70,7 @@ std::shared_ptr<Memory> MemoryPool::acquire(size_t bytes) {
       if (attempt) state.release_free();
       if (over_limit()) continue;
       handle = clCreateBuffer(state.context, CL_MEM_READ_WRITE, size, nullptr, &status);
+      if (means_lost(status)) check_status(status, "clCreateBuffer", state.device);
       if (status != CL_SUCCESS) handle = nullptr;
     }
     if (!handle) {
@@ -76,7 +78,8 @@ std::shared_ptr<Memory> MemoryPool::acquire(size_t bytes) {
           "device out of memory: {} MiB asked for, {} MiB in use on {} ({}); lower net.resolution, net.width or "
           "train.views_per_step, or {}",
           (size >> 20) + 1, state.statistics.bytes_in_use >> 20, state.device,
-          over_limit() ? fmt::format("--memory-limit {} MiB", state.limit >> 20) : fmt::format("OpenCL status {}", status),
+          over_limit() ? fmt::format("--memory-limit {} MiB", state.limit >> 20)
+                       : fmt::format("OpenCL status {}", status),
           over_limit() ? "raise the limit" : "choose another --device");
     }
     ++state.statistics.device_allocations;

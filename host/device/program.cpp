@@ -7,6 +7,7 @@
 #include <sstream>
 #include <vector>
 
+#include "host/device/open_cl_status.h"
 #include "host/device/user_cache.h"
 #include "host/error.h"
 
@@ -114,6 +115,8 @@ cl_program build_program(cl_context context, cl_device_id device, const std::str
   cl_program program = clCreateProgramWithSource(context, 1, &text, &length, &status);
   if (status == CL_SUCCESS) status = clBuildProgram(program, 1, &device, options.c_str(), nullptr, nullptr);
   if (status != CL_SUCCESS) {
+    if (means_lost(status))
+      check_status(status, "building kernels/" + name, device_text(device, CL_DEVICE_NAME).c_str());
     size_t bytes = 0;
     clGetProgramBuildInfo(program, device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &bytes);
     std::string log(bytes, '\0');

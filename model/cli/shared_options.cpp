@@ -10,6 +10,13 @@ namespace degas {
 void add_device_options(CLI::App& command, DeviceChoice& choice) {
   command.add_option("--device", choice.selector,
                      "Index or part of the name, see `degas devices` (default: the largest GPU, else the CPU)");
+  const std::map<std::string, KernelSet> sets = {{"wide", KernelSet::Wide}, {"gpu", KernelSet::Gpu}};
+  command
+      .add_option("--kernels", choice.kernel_set,
+                  "wide or gpu: vectors in long loops, or cooperative work-groups; each runs on every device that\n"
+                  "has room for it (default: gpu on GPUs with room for its work-groups, else wide)")
+      ->transform(CLI::CheckedTransformer(sets))
+      ->option_text("wide|gpu");
   command
       .add_option("--memory-limit", choice.memory_limit_mib,
                   "MiB of device memory that may be taken; more than that ends the command with an\n"

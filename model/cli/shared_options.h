@@ -12,14 +12,16 @@
 
 namespace degas {
 
-/// --device, --memory-limit and --tune, as every command that computes has them.
+/// --device, --kernels, --memory-limit and --tune, as every command that computes has them.
 struct DeviceChoice {
   std::string selector;
+  std::optional<KernelSet> kernel_set;
   size_t memory_limit_mib = 0;
   std::optional<TuneMode> tune;
   DeviceOptions options() const {
     DeviceOptions options;
     options.selector = selector;
+    options.kernel_set = kernel_set;
     options.memory_limit = memory_limit_mib << 20;
     return options;
   }

@@ -1,11 +1,13 @@
 // An OpenCL layer that makes trouble, loaded before the real one by LD_PRELOAD. FAILING_OPENCL says which, separated by
 // commas, and FAILING_OPENCL_LOG names a file to which each trouble made is added as a line:
-//   lost:N     from the N-th launch on the device is gone: launches, transfers and waits are refused
+//   clEnqueueNDRangeKernel:N, clSetKernelArg:N, clCreateBuffer:N, clBuildProgram:N
+//              from the N-th call of that function on the device is gone: it refuses these, transfers and waits
 //   memory:N   from the N-th buffer on none finds memory
 //   squeeze:N  the N-th buffer alone finds none
 //   build      no program is built
 //   gpu        the devices call themselves GPUs
 //   small      their work-groups hold 64 items and their local memory 8 KiB; larger work-groups are refused
+//   registers  larger work-groups are refused, though the devices say that they hold them
 //   no_double  they lack cl_khr_fp64
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
@@ -42,12 +44,28 @@ Function* real(const char* name) {
 }
 #define REAL(function) real<decltype(function)>(#function)
 
-std::atomic<long> launches{0}, buffers{0};
+std::atomic<bool> lost{false};
 
-bool lost() {
-  static const long after = asked("lost");
-  return after > 0 && launches >= after;
-}
+/// The calls of one function, one of which may be where the device is lost.
+class Calls {
+ public:
+  explicit Calls(const char* function) : function_(function), fatal_(asked(function)) {}
+  /// Counts a call and says whether the device is gone.
+  bool refused() {
+    if (++count_ == fatal_) {
+      note(function_);
+      lost = true;
+    }
+    return lost;
+  }
+
+ private:
+  const char* function_;
+  const long fatal_;
+  std::atomic<long> count_{0};
+};
+
+std::atomic<long> buffers{0};
 
 constexpr size_t small_group = 64;
 constexpr cl_ulong small_local_bytes = 8 << 10;
@@ -59,12 +77,9 @@ extern "C" {
 cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint rank, const size_t* offset,
                               const size_t* global, const size_t* local, cl_uint waits, const cl_event* list,
                               cl_event* event) {
-  ++launches;
-  if (lost()) {
-    if (launches == asked("lost")) note("lost");
-    return CL_DEVICE_NOT_AVAILABLE;
-  }
-  static const bool is_small = asked("small");
+  static Calls calls("clEnqueueNDRangeKernel");
+  if (calls.refused()) return CL_DEVICE_NOT_AVAILABLE;
+  static const bool is_small = asked("small") || asked("registers");
   size_t items = 1;
   for (cl_uint axis = 0; local && axis < rank; ++axis) items *= local[axis];
   if (is_small && items > small_group) {
@@ -75,28 +90,40 @@ cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint 
   return launch(queue, kernel, rank, offset, global, local, waits, list, event);
 }
 
+cl_int clSetKernelArg(cl_kernel kernel, cl_uint index, size_t size, const void* value) {
+  static Calls calls("clSetKernelArg");
+  if (calls.refused()) return CL_INVALID_CONTEXT;
+  static auto* const set = REAL(clSetKernelArg);
+  return set(kernel, index, size, value);
+}
+
 cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size,
                            void* target, cl_uint waits, const cl_event* list, cl_event* event) {
-  if (lost()) return CL_INVALID_COMMAND_QUEUE;
+  if (lost) return CL_INVALID_COMMAND_QUEUE;
   static auto* const read = REAL(clEnqueueReadBuffer);
   return read(queue, buffer, blocking, offset, size, target, waits, list, event);
 }
 
 cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size,
                             const void* source, cl_uint waits, const cl_event* list, cl_event* event) {
-  if (lost()) return CL_INVALID_COMMAND_QUEUE;
+  if (lost) return CL_INVALID_COMMAND_QUEUE;
   static auto* const write = REAL(clEnqueueWriteBuffer);
   return write(queue, buffer, blocking, offset, size, source, waits, list, event);
 }
 
 cl_int clFinish(cl_command_queue queue) {
-  if (lost()) return CL_DEVICE_NOT_AVAILABLE;
+  if (lost) return CL_DEVICE_NOT_AVAILABLE;
   static auto* const finish = REAL(clFinish);
   return finish(queue);
 }
 
 cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* status) {
   static const long fails_from = asked("memory"), fails_once = asked("squeeze");
+  static Calls calls("clCreateBuffer");
+  if (calls.refused()) {
+    if (status) *status = CL_INVALID_CONTEXT;
+    return nullptr;
+  }
   const long number = ++buffers;
   if ((fails_from > 0 && number >= fails_from) || number == fails_once) {
     note("memory");
@@ -109,6 +136,8 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void*
 
 cl_int clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, const char* options,
                       void(CL_CALLBACK* notify)(cl_program, void*), void* data) {
+  static Calls calls("clBuildProgram");
+  if (calls.refused()) return CL_DEVICE_NOT_AVAILABLE;
   if (asked("build")) {
     note("build");
     return CL_BUILD_PROGRAM_FAILURE;

@@ -77,8 +77,9 @@ void check_unharmed(const std::string& which, const std::string& line) {
 }  // namespace
 
 TEST_CASE("a device that is lost ends training in one line, and the run goes on to the same bits") {
-  const int launch = GENERATE(1, 300, 2500);
-  check_ends_and_goes_on("lost:" + std::to_string(launch), {"device " + device_name() + ": lost in ", "--resume"});
+  const std::string call = GENERATE("clEnqueueNDRangeKernel:1", "clEnqueueNDRangeKernel:2500", "clSetKernelArg:5000",
+                                    "clCreateBuffer:200", "clBuildProgram:5");
+  check_ends_and_goes_on(call, {"device " + device_name() + ": lost in ", "--resume"});
 }
 
 TEST_CASE("memory that runs out ends training in one line, and the run goes on to the same bits") {
@@ -116,6 +117,17 @@ TEST_CASE("a GPU too small for cooperative work-groups runs the other kernel set
   if (Device().family() != DeviceFamily::WideCpu) return;  // whose parameters the set has on a GPU
   const bool same_bits = checkpoint_of(train) == undisturbed(config);
   CHECK(same_bits);
+}
+
+TEST_CASE("a GPU that refuses a work-group it said it holds is told with the remedy, which works") {
+  const TemporaryFolder folder;
+  TrainCommand train(folder, saving_config());
+  const Trouble trouble(folder, "gpu,registers");
+  train.environment = trouble.environment;
+  check_refused(train(), {"device " + device_name() + ": too few registers", "--kernels wide"});
+  CHECK(trouble.was_made("group refused"));
+  train.more = {"--kernels", "wide"};
+  CHECK(train().exit_code == 0);
 }
 
 TEST_CASE("training needs no double precision") {
