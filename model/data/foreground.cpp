@@ -14,13 +14,18 @@ constexpr int opaque = 128;
 void premultiply(Image8& colour, const Image8& alpha, Background background) {
   for (size_t i = 0; i < alpha.pixels.size(); ++i) {
     const int a = alpha.pixels[i];
-    for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
-      const int value = colour.pixels[c];
+    if (a == 255) continue;
+    uint8_t* const pixel = &colour.pixels[3 * i];
+    if (a == 0) {
+      std::fill_n(pixel, 3, uint8_t{0});
+      continue;
+    }
+    for (int c = 0; c < 3; ++c) {
       // Over paper of colour B a picture holds alpha F + (1 - alpha) B. Compression leaves values beyond 0..alpha.
-      const int foreground = background == Background::White   ? value - (255 - a)
-                             : background == Background::Black ? value
-                                                               : (value * a + 127) / 255;
-      colour.pixels[c] = static_cast<uint8_t>(std::clamp(foreground, 0, a));
+      const int foreground = background == Background::White   ? pixel[c] - (255 - a)
+                             : background == Background::Black ? pixel[c]
+                                                               : (pixel[c] * a + 127) / 255;
+      pixel[c] = static_cast<uint8_t>(std::clamp(foreground, 0, a));
     }
   }
 }
@@ -42,7 +47,7 @@ Background measured_background(const Image8& colour, const Image8& alpha) {
 
 Sample make_sample(const FrameCamera& place, const Camera& view, Image8 colour, const Image8& alpha,
                    Background background, const std::string& source, const std::string& camera_name) {
-  if (*std::max_element(alpha.pixels.begin(), alpha.pixels.end()) < opaque) {
+  if (std::none_of(alpha.pixels.begin(), alpha.pixels.end(), [](uint8_t a) { return a >= opaque; })) {
     throw Error::format("{}: frame {} of {} has an empty mask", source, place.frame, camera_name);
   }
   premultiply(colour, alpha, background);

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
+#include <exception>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -53,46 +55,51 @@ class PackWriter {
     std::string first_reason;
   };
 
-  std::vector<std::byte> packed(int frame, int camera) {
+  /// A picture as it is written, or why there is none.
+  struct Picture {
+    std::vector<std::byte> bytes;
+    uint64_t sum = 0;
+    std::string reason;
+    std::exception_ptr failure;
+  };
+
+  Picture picture(int frame, int camera) const {
+    Picture out;
     try {
-      if (!capture_.has_image(frame, camera)) return {};
+      if (!capture_.has_image(frame, camera)) return out;
       const Sample sample = capture_.load(frame, camera);
-      return pack_person(sample.image, sample.mask);
+      out.bytes = pack_person(sample.image, sample.mask);
+      out.sum = Checksum::of(out.bytes);
     } catch (const Error& reason) {
-      Skipped& skipped = skipped_[static_cast<size_t>(camera)];
-      if (skipped.count++ == 0) skipped.first_reason = reason.what();
-      return {};
+      out.reason = reason.what();
+    } catch (...) {
+      out.failure = std::current_exception();
     }
+    return out;
   }
 
-  /// One frame of all cameras, which are shared out among the threads; written in the cameras' order.
+  /// One frame of all cameras, shared out among the threads as they come free; written in the cameras' order.
   void write_pictures(int frame) {
-    std::vector<std::vector<std::byte>> all(static_cast<size_t>(cameras_));
-    const int threads = std::clamp(options_.threads, 1, cameras_);
-    std::vector<std::exception_ptr> failures(static_cast<size_t>(threads));
-    const auto work = [&](int first) {
-      try {
-        for (int camera = first; camera < cameras_; camera += threads) {
-          all[static_cast<size_t>(camera)] = packed(frame, camera);
-        }
-      } catch (...) {
-        failures[static_cast<size_t>(first)] = std::current_exception();
+    std::vector<Picture> pictures(static_cast<size_t>(cameras_));
+    std::atomic<int> next{0};
+    const auto work = [&] {
+      for (int camera = next++; camera < cameras_; camera = next++) {
+        pictures[static_cast<size_t>(camera)] = picture(frame, camera);
       }
     };
     {
       std::vector<std::jthread> workers;
-      for (int i = 1; i < threads; ++i) workers.emplace_back(work, i);
-      work(0);
+      for (int i = 1; i < std::min(options_.threads, cameras_); ++i) workers.emplace_back(work);
+      work();
     }
-    for (const std::exception_ptr& failure : failures) {
-      if (failure) std::rethrow_exception(failure);
-    }
-    for (const std::vector<std::byte>& bytes : all) {
-      const uint64_t sum = bytes.empty() ? 0 : Checksum::of(bytes);
-      pictures_.insert(pictures_.end(), {static_cast<int64_t>(file_.size()), static_cast<int64_t>(bytes.size()),
-                                         std::bit_cast<int64_t>(sum)});
-      file_.append(bytes);
-      summary_.pictures += !bytes.empty();
+    for (size_t camera = 0; camera < pictures.size(); ++camera) {
+      const Picture& done = pictures[camera];
+      if (done.failure) std::rethrow_exception(done.failure);
+      if (!done.reason.empty() && skipped_[camera].count++ == 0) skipped_[camera].first_reason = done.reason;
+      pictures_.insert(pictures_.end(), {static_cast<int64_t>(file_.size()), static_cast<int64_t>(done.bytes.size()),
+                                         std::bit_cast<int64_t>(done.sum)});
+      file_.append(done.bytes);
+      summary_.pictures += !done.bytes.empty();
     }
   }
 
@@ -179,7 +186,7 @@ class PackWriter {
   AtomicFile file_;
   PackHeader header_;
   int frames_, cameras_;
-  std::vector<Skipped> skipped_;  // a camera's is touched by one thread alone
+  std::vector<Skipped> skipped_;  // by camera
   std::vector<int64_t> pictures_;
   PackSummary summary_;
 };

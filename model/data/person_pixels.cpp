@@ -28,9 +28,12 @@ std::vector<std::byte> pack_person(const Image8& image, const Image8& mask) {
       while (end < mask.width && *mask.at(end, y) != 0) ++end;
       append(bytes, static_cast<uint16_t>(x));
       append(bytes, static_cast<uint16_t>(end - x));
-      for (; x < end; ++x) {
-        for (int c = 0; c < 3; ++c) bytes.push_back(static_cast<std::byte>(image.at(x, y)[c]));
-        bytes.push_back(static_cast<std::byte>(*mask.at(x, y)));
+      const size_t pixels_at = bytes.size();
+      bytes.resize(pixels_at + 4 * static_cast<size_t>(end - x));
+      const uint8_t* colour = image.at(x, y);
+      for (std::byte* pixel = bytes.data() + pixels_at; x < end; ++x, pixel += 4, colour += 3) {
+        std::memcpy(pixel, colour, 3);
+        pixel[3] = static_cast<std::byte>(*mask.at(x, y));
       }
       ++runs;
     }
