@@ -97,6 +97,7 @@ void validate_train(const TrainConfig& train, const Checker& check) {
   check.not_negative("train.gradient_clip.norm", train.gradient_clip.norm);
   check.positive("train.gradient_clip.scale", train.gradient_clip.scale);
   check.not_negative("train.gradient_clip.offset_limit", train.gradient_clip.offset_limit);
+  check.not_negative("train.pose_drift", train.pose_drift);
   check.not_negative("train.pose_learning_rate", train.pose_learning_rate);
   check.not_negative("train.validation_every", static_cast<double>(train.validation_every));
   check.not_negative("train.checkpoint_every", static_cast<double>(train.checkpoint_every));

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <any>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -20,12 +19,6 @@ enum ParameterGroup { network_group = 0, pose_group = 1 };
 constexpr uint64_t noise_stream = 5;  // of Random::of_step; prepared_step.cpp and view_schedule.cpp have 1 to 4
 constexpr int validation_views = 4;
 constexpr std::array<double, 3> white = {1, 1, 1};
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 AdamOptions adam_options(const TrainConfig& train) {
   AdamOptions options;
@@ -87,6 +80,16 @@ double Trainer::learning_rate_factor(double fraction) const {
   return warm_up * (last + (1 - last) * 0.5 * (1 + std::cos(std::numbers::pi * std::min(fraction, 1.0))));
 }
 
+double Trainer::pose_learning_rate(const BudgetClock& clock) const {
+  const TrainConfig& train = config_.train;
+  const double factor = learning_rate_factor(clock.fraction());
+  if (train.pose_learning_rate > 0) return factor * train.pose_learning_rate;
+  // A visit moves a frame by about the rate, however small the gradient: few visits must make large steps to mend a
+  // registration, and many such steps would be a random walk away from it.
+  const double visits = std::max(1.0, clock.planned_steps() / static_cast<double>(views_.training.size()));
+  return factor * train.pose_drift / std::sqrt(visits);
+}
+
 Splats Trainer::posed_splats(Tape& tape, const Avatar::Signal& signal, const CanonicalGaussians& gaussians,
                              int frame) const {
   const auto correction = corrections_.find(frame);
@@ -121,13 +124,12 @@ Trainer::Step Trainer::forward(Tape& tape, const LoadedStep& loaded) {
   return {loss_.evaluate(tape, views, maps, loaded.step), gaussians.opacities, gaussians.log_scales};
 }
 
-Trainer::Step Trainer::train_step(const LoadedStep& loaded, double fraction) {
+Trainer::Step Trainer::train_step(const LoadedStep& loaded, const BudgetClock& clock) {
   Tape tape(device_);
   const Step step = forward(tape, loaded);
   tape.backward(step.terms.total);
   device_.set_stage({"optimiser"});
-  const double factor = learning_rate_factor(fraction);
-  optimiser_.step({factor * config_.train.learning_rate, factor * config_.train.pose_learning_rate});
+  optimiser_.step({learning_rate_factor(clock.fraction()) * config_.train.learning_rate, pose_learning_rate(clock)});
   device_.set_stage({});
   return step;
 }
@@ -200,32 +202,27 @@ TrainingReport Trainer::make_report(const Step& step, const Adam::Counters& coun
 }
 
 TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(const TrainingReport&)>& report) {
-  const Clock::time_point start = Clock::now();
-  const double minutes_before = minutes_spent_;
-  const auto minutes = [&] { return minutes_before + seconds_since(start) / 60; };
-  const auto fraction = [&] {
-    const double by_steps = static_cast<double>(step_) / static_cast<double>(std::max<int64_t>(1, budget.iterations));
-    return budget.minutes ? std::max(by_steps, minutes() / *budget.minutes) : by_steps;
-  };
+  BudgetClock clock(budget, step_, minutes_spent_);
   Loader loader(
       capture_, [this](int64_t step) { return schedule_.plan(step); },
       [this](int64_t step, const LoadRequest& request, const std::vector<Sample>& samples) {
         return std::any(preparer_.prepare(step, request, samples));
       },
       step_, budget.iterations);
-  Clock::time_point last_report = start;
+  double last_report = 0;
   int64_t last_reported_step = step_;
   bool save_due = false;
   TrainingEnd end = TrainingEnd::Finished;
   while (step_ < budget.iterations) {
     if (budget.stop_requested())
       end = TrainingEnd::Interrupted;
-    else if (fraction() >= 1)
+    else if (clock.fraction() >= 1)
       end = TrainingEnd::OutOfTime;
     if (end != TrainingEnd::Finished) break;
 
-    const Step step = train_step(loader.next(), fraction());
+    const Step step = train_step(loader.next(), clock);
     ++step_;
+    clock.count_step();
     const bool last = step_ == budget.iterations;
     const auto due = [&](int64_t every) { return every > 0 && (step_ % every == 0 || last); };
     const bool validates = due(config_.train.validation_every) && !views_.validation.empty();
@@ -238,23 +235,23 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       require_progress(counters);
     }
     if (reports) {
-      TrainingReport line = make_report(step, counters, fraction());
-      line.steps_per_second = static_cast<double>(step_ - last_reported_step) / seconds_since(last_report);
-      line.seconds = seconds_since(start);
+      TrainingReport line = make_report(step, counters, clock.fraction());
+      line.seconds = clock.seconds();
+      line.steps_per_second = static_cast<double>(step_ - last_reported_step) / (line.seconds - last_report);
       if (validates) line.validation_psnr = validation_psnr();
-      last_report = Clock::now();
+      last_report = clock.seconds();
       last_reported_step = step_;
       run_.append_history(history_line(line));
       report(line);
     }
-    if (budget.minutes) minutes_spent_ = minutes();
+    if (budget.minutes) minutes_spent_ = clock.minutes();
     // Parameters that went wrong may be what steps fail by: the last good checkpoint stays until one succeeds.
     if (save_due && !last && counters.skipped_in_a_row == 0) {
       save();
       save_due = false;
     }
   }
-  if (budget.minutes) minutes_spent_ = minutes();
+  if (budget.minutes) minutes_spent_ = clock.minutes();
   if (optimiser_.counters().skipped_in_a_row == 0 || !run_.has_checkpoint() || non_finite_parameter().empty()) save();
   return end;
 }

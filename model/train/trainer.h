@@ -11,16 +11,11 @@
 #include "model/train/pose_correction.h"
 #include "model/train/prepared_step.h"
 #include "model/train/run_folder.h"
+#include "model/train/training_budget.h"
 #include "model/train/training_report.h"
 #include "model/train/view_schedule.h"
 
 namespace degas {
-
-struct TrainingBudget {
-  int64_t iterations = 0;         ///< optimiser steps in all, resumed ones included
-  std::optional<double> minutes;  ///< of training, those before a resume included
-  std::function<bool()> stop_requested = [] { return false; };
-};
 
 enum class TrainingEnd { Finished, OutOfTime, Interrupted };
 
@@ -50,12 +45,14 @@ class Trainer {
     LossTerms terms;
     Tensor opacities, log_scales;  // of the canonical Gaussians
   };
-  Step train_step(const LoadedStep& loaded, double fraction);
+  Step train_step(const LoadedStep& loaded, const BudgetClock& clock);
   /// Up to the loss. What only the tape still needs is held by it alone, so that it goes back to the pool on the way.
   Step forward(Tape& tape, const LoadedStep& loaded);
   Splats posed_splats(Tape& tape, const Avatar::Signal& signal, const CanonicalGaussians& gaussians, int frame) const;
   std::vector<SplatImage> draw(Tape& tape, const Splats& splats, const std::vector<TrainingPicture>& pictures);
   double learning_rate_factor(double fraction) const;
+  /// Of the training frames' poses, of which train.pose_drift tells.
+  double pose_learning_rate(const BudgetClock& clock) const;
   double validation_psnr();
   /// Why the last skipped step was skipped (skip_text), by drawing it once more. Empty where none was skipped since the
   /// last call.

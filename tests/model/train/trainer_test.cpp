@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "host/io/checkpoint.h"
 #include "tests/support/catch.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
@@ -163,4 +164,25 @@ TEST_CASE("a resumed run may be longer than it was planned, and reports as it is
   CHECK(trainer.step() == 9);
   CHECK(history_of(run).size() == 4 + 2);
   CHECK(load_config(run.config_file()).train.iterations == 9);
+}
+
+TEST_CASE("the rate of poses falls as the square root of how often the budget visits a frame") {
+  Config config = tiny_config();
+  config.train.refine_poses = true;
+  config.train.pose_drift = 0.01;
+  const int visits = GENERATE(1, 4, 16);
+  const auto capture = open_scene();
+  config.train.iterations = visits * capture->frame_count();
+  const TemporaryFolder folder;
+  const RunFolder run = make_run(folder / "run", config);
+  Trainer trainer(wide(), config, *capture, run);
+  train(trainer, config, 1);
+  const Checkpoint checkpoint = read_checkpoint(run.checkpoint_file());
+  float largest = 0;
+  for (const auto& [name, values] : checkpoint.arrays) {
+    if (!name.starts_with("pose.0") || name.ends_with("_moment")) continue;  // a frame's; the network has pose. too
+    for (const float value : values) largest = std::max(largest, std::abs(value));
+  }
+  // Adam's first step is its rate.
+  CHECK_THAT(largest, Catch::WithinRel(0.01 / std::sqrt(visits), 1e-4));
 }
