@@ -12,7 +12,7 @@ using namespace degas::test;
 
 namespace {
 
-// As in tests/vectors/make_avatar_net.py.
+// As in tests/vectors/network_layers.py and the scripts that use it.
 constexpr int resolution = 128, code_size = 20, joints = 54, stride = 97;
 constexpr uint64_t seed = 3, test_seed = 7;
 
@@ -35,7 +35,7 @@ bool ends_with(const std::string& text, const std::string& end) {
 }
 
 /// Biases away from zero and gains away from the norms, so that a mistake in either shows.
-void disturb(AvatarNet& net) {
+void disturb(MapNetwork& net) {
   for (const ParameterStore::Parameter& parameter : net.parameters().parameters()) {
     const bool gain = ends_with(parameter.name, ".gain");
     if (!gain && !ends_with(parameter.name, ".bias")) continue;
@@ -59,6 +59,49 @@ double difference(const std::vector<double>& values, const std::vector<double>& 
   return largest / scale;
 }
 
+Tensor posed_vertex_map(Device& device) {
+  return drawn(device, "posed_vertex_map", {1, resolution, resolution, 3});
+}
+
+Tensor pose(Device& device) {
+  return drawn(device, "pose", {3 * joints});
+}
+
+/// PyTorch's numbers, and how far the device's may be from them.
+struct Reference {
+  NpzFile file;
+  Real real;
+
+  Reference(const std::string& name, Real real) : file(std::string(DEGAS_TEST_VECTORS) + "/" + name), real(real) {}
+
+  void check(const char* name, const Tensor& tensor) const {
+    INFO(name);
+    CHECK(difference(tensor.to_host<double>(), file.read(name).doubles()) < (real == Real::Double ? 1e-9 : 3e-4));
+  }
+
+  /// The heads' maps, and every parameter's gradient of the stored loss: `loss`, where defined, and products of the
+  /// heads with drawn numbers.
+  void check_heads_and_gradients(Tape& tape, const MapNetwork& net, const HeadMaps& maps, Tensor loss = {}) const {
+    CHECK(static_cast<double>(net.parameters().count()) == file.read("parameter_count").doubles()[0]);
+    const std::pair<const char*, Tensor> heads[] = {{"position", maps.position_offsets},
+                                                    {"rotation_scale", maps.rotation_scale},
+                                                    {"color_opacity", maps.color_opacity}};
+    for (const auto& [name, map] : heads) {
+      check(name, map);
+      const Tensor product = sum(tape, multiply(tape, map, drawn(tape.device(), name, map.shape())));
+      loss = loss.defined() ? add(tape, loss, product) : product;
+    }
+    tape.backward(loss);
+    for (const ParameterStore::Parameter& parameter : net.parameters().parameters()) {
+      INFO("gradient of " << parameter.name);
+      REQUIRE(parameter.value.has_gradient());
+      const std::vector<double> stored = file.read("gradient " + parameter.name).doubles();
+      // Single precision: the sums over a map of 128 x 128 in another order.
+      CHECK(difference(parameter.value.gradient().to_host<double>(), stored) < (real == Real::Double ? 1e-8 : 2e-2));
+    }
+  }
+};
+
 }  // namespace
 
 TEST_CASE("the network equals PyTorch's, layer by layer and gradient by gradient") {
@@ -66,52 +109,39 @@ TEST_CASE("the network equals PyTorch's, layer by layer and gradient by gradient
   const Real real = GENERATE(Real::Double, Real::Float);
   if (set == KernelSet::Gpu && real == Real::Float)
     return;  // adds build time, and nothing to the double run's evidence
-  const double bar = real == Real::Double ? 1e-9 : 3e-4;
   Device& device = test::device(set, real);
-  const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/avatar_net.npz");
+  const Reference reference("avatar_net.npz", real);
 
   const int side = resolution / 8;
   std::vector<double> masks = drawn(device, "joint_masks", {side, side, joints}).to_host<double>();
   for (double& mask : masks) mask = mask > 0;
   AvatarNet net(device, small_config(), code_size,
                 Tensor::from(device, {side, side, joints}, std::span<const double>(masks)), seed);
-  CHECK(static_cast<double>(net.parameters().count()) == file.read("parameter_count").doubles()[0]);
   disturb(net);
-  const AvatarNet::Inputs inputs{drawn(device, "posed_vertex_map", {1, resolution, resolution, 3}),
-                                 drawn(device, "pose", {3 * joints}),
-                                 drawn(device, "face_code", {code_size}),
-                                 {}};
+  const AvatarNet::Inputs inputs{posed_vertex_map(device), pose(device), drawn(device, "face_code", {code_size}), {}};
 
   Tape tape(device);
   std::vector<Tensor> levels;
   const AvatarNet::Encoding encoding = net.encode(tape, inputs, 1);
   const HeadMaps maps = net.decode_feature(tape, encoding.joint_feature, &levels);
-  const auto check = [&](const char* name, const Tensor& tensor) {
-    INFO(name);
-    CHECK(difference(tensor.to_host<double>(), file.read(name).doubles()) < bar);
-  };
-  check("divergence", encoding.divergence);
-  check("joint_feature", encoding.joint_feature);
-  check("level_0", levels.at(0));
-  check("level_1", levels.at(1));
-  check("level_2", levels.at(2));
-  check("position", maps.position_offsets);
-  check("rotation_scale", maps.rotation_scale);
-  check("color_opacity", maps.color_opacity);
+  reference.check("divergence", encoding.divergence);
+  reference.check("joint_feature", encoding.joint_feature);
+  reference.check("level_0", levels.at(0));
+  reference.check("level_1", levels.at(1));
+  reference.check("level_2", levels.at(2));
+  reference.check_heads_and_gradients(tape, net, maps, encoding.divergence);
+}
 
-  Tensor loss = encoding.divergence;
-  const std::pair<const char*, Tensor> heads[] = {{"position", maps.position_offsets},
-                                                  {"rotation_scale", maps.rotation_scale},
-                                                  {"color_opacity", maps.color_opacity}};
-  for (const auto& [name, map] : heads) {
-    loss = add(tape, loss, sum(tape, multiply(tape, map, drawn(device, name, map.shape()))));
-  }
-  tape.backward(loss);
-  for (const ParameterStore::Parameter& parameter : net.parameters().parameters()) {
-    INFO("gradient of " << parameter.name);
-    REQUIRE(parameter.value.has_gradient());
-    const std::vector<double> stored = file.read("gradient " + parameter.name).doubles();
-    // Single precision: the sums over a map of 128 x 128 in another order.
-    CHECK(difference(parameter.value.gradient().to_host<double>(), stored) < (real == Real::Double ? 1e-8 : 2e-2));
-  }
+TEST_CASE("the baselines' networks equal PyTorch's, gradient by gradient") {
+  const KernelSet set = GENERATE(from_range(kernel_sets()));
+  const NetKind kind = GENERATE(NetKind::Skips, NetKind::Mlp);
+  Device& device = test::device(set, Real::Double);
+  const Reference reference(kind == NetKind::Skips ? "skip_net.npz" : "texel_mlp.npz", Real::Double);
+  NetConfig config = small_config();
+  config.kind = kind;
+  const auto net =
+      make_network(device, config, 0, Tensor::zeros(device, {resolution / 8, resolution / 8, joints}), seed, {});
+  disturb(*net);
+  Tape tape(device);
+  reference.check_heads_and_gradients(tape, *net, net->decode(tape, {posed_vertex_map(device), pose(device), {}, {}}));
 }
