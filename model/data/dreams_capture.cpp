@@ -75,11 +75,16 @@ void DreamsCapture::check_size(size_t index) {
   const Video& video = *videos_[index];
   const int width = video.reader.width(), height = video.reader.height();
   const bool is_first = std::count(videos_.begin(), videos_.end(), nullptr) + 1 == std::ssize(videos_);
-  if (is_first && options_.incomplete) has_mattes_ = width != camera.width;
-  if (!has_mattes_ && width == camera.width && (height == camera.height || height == camera.height + 1)) return;
+  const auto apart = [&](int side) { return std::abs(width - side); };
+  if (is_first && options_.incomplete) has_mattes_ = apart(2 * camera.width) < apart(camera.width);
   // Encoders take even sizes only: an odd height has a row more in the video.
-  if (!has_mattes_ || width != 2 * description_.colour_width.value_or(width / 2) || width != 2 * camera.width ||
-      height != camera.height + camera.height % 2) {
+  const bool has_height = height == camera.height || height == camera.height + camera.height % 2;
+  if (!has_mattes_) {
+    if (width == camera.width && has_height) return;
+    throw Error::format("{}: is {}x{}, but cameras.json has {}x{} for it; give w and h (and cx, cy) of these pictures",
+                        video.path.string(), width, height, camera.width, camera.height);
+  }
+  if (width != 2 * description_.colour_width.value_or(width / 2) || width != 2 * camera.width || !has_height) {
     throw Error::format(
         "{}: is {}x{}, but colour and alpha of {}x{} (cameras.json) side by side (rgb_width {}) make {}x{}",
         video.path.string(), width, height, camera.width, camera.height, description_.colour_width.value_or(width / 2),

@@ -252,4 +252,11 @@ TEST_CASE("real recordings without masks or a fit are shown with their calibrati
   CHECK(raw.found.at("cameras")[1].at("pictures").get<int>() > 50);
   CHECK_THAT(raw.output, Contains("no masks") && Contains("no body parameters") && Contains("1280x720"));
   CHECK_THAT(raw.page, Contains("data:image/jpeg;base64,"));
+
+  // As calibrations of padded videos have it.
+  json padded = {{"rigs", rigs}};
+  padded["rigs"][1]["cameras"][0]["w"] = 1288;
+  std::ofstream(copy / "cameras.json") << padded.dump();
+  check_refused(run_program({"inspect", "--data", copy.path(), "--out", copy / "page"}),
+                {"cam01.mp4: is 1280x720, but cameras.json has 1288x720", "w and h"});
 }
