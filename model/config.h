@@ -125,6 +125,7 @@ struct CorruptionConfig {
   double registration_metres = 0;   ///< .. and the body moved by a length up to this
   double wrong_masks = 0;           ///< share of the pictures whose mask is shifted, lacks a part or has one too much
   double missing_codes = 0;         ///< share of the frames that lose their face codes
+  uint64_t seed = 1;                ///< of what is wrong where; not training's, so that runs of many seeds meet the same
   bool operator==(const CorruptionConfig&) const = default;
 };
 

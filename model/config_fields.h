@@ -139,6 +139,7 @@ void visit_fields(CorruptionConfig& config, Visitor& visit) {
   FIELD(registration_metres);
   FIELD(wrong_masks);
   FIELD(missing_codes);
+  FIELD(seed);
 }
 
 template <typename Visitor>

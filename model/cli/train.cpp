@@ -66,7 +66,7 @@ void print_profile(Device& device, int64_t steps) {
 void train(const TrainOptions& options) {
   const Config config = config_of(options);
   const std::unique_ptr<Capture> capture =
-      corrupted(open_capture(options.data, options.capture.options(config)), config.data.corruption, config.train.seed);
+      corrupted(open_capture(options.data, options.capture.options(config)), config.data.corruption);
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);

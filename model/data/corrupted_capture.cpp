@@ -67,13 +67,13 @@ void overwrite_mask(Sample& sample, Random& random, bool is_person) {
 
 class CorruptedCapture final : public WrappedCapture {
  public:
-  CorruptedCapture(std::unique_ptr<Capture> source, const CorruptionConfig& corruption, uint64_t seed)
-      : WrappedCapture(std::move(source)), corruption_(corruption), seed_(seed) {}
+  CorruptedCapture(std::unique_ptr<Capture> source, const CorruptionConfig& corruption)
+      : WrappedCapture(std::move(source)), corruption_(corruption) {}
 
   std::string identity() const override {
     return fmt::format("{}, corrupted by {} degrees, {} metres, {} of masks, {} of codes, seed {}", source().identity(),
                        corruption_.registration_degrees, corruption_.registration_metres, corruption_.wrong_masks,
-                       corruption_.missing_codes, seed_);
+                       corruption_.missing_codes, corruption_.seed);
   }
 
   Pose pose(int frame) const override {
@@ -118,18 +118,19 @@ class CorruptedCapture final : public WrappedCapture {
 
  private:
   Random draws(Stream stream, int64_t index) const {
-    return Random::of_step(seed_, stream, static_cast<uint64_t>(index));
+    return Random::of_step(corruption_.seed, stream, static_cast<uint64_t>(index));
   }
 
   CorruptionConfig corruption_;
-  uint64_t seed_;
 };
 
 }  // namespace
 
-std::unique_ptr<Capture> corrupted(std::unique_ptr<Capture> source, const CorruptionConfig& corruption, uint64_t seed) {
-  if (corruption == CorruptionConfig()) return source;
-  return std::make_unique<CorruptedCapture>(std::move(source), corruption, seed);
+std::unique_ptr<Capture> corrupted(std::unique_ptr<Capture> source, const CorruptionConfig& corruption) {
+  CorruptionConfig nothing;
+  nothing.seed = corruption.seed;
+  if (corruption == nothing) return source;
+  return std::make_unique<CorruptedCapture>(std::move(source), corruption);
 }
 
 }  // namespace degas

@@ -8,7 +8,8 @@
 namespace degas {
 
 /// The capture as a bad tracker, segmenter and face encoder would have delivered it: what `degas ablate --study
-/// stability` trains on. What is wrong where is a function of the seed alone, so that a run goes on with what it began.
+/// stability` trains on. What is wrong where is a function of its seed alone: a run goes on with what it began, and
+/// runs of other seeds meet the same.
 ///
 /// * registration_degrees, registration_metres: in every frame each joint is turned by an angle up to the one, and the
 ///   body moved by a length up to the other, evenly spread and of any direction. Fingers given by principal components
@@ -20,6 +21,6 @@ namespace degas {
 ///
 /// identity() changes with what is wrong; picture_identity() does not, as the recording is the same. The source itself
 /// comes back where nothing is to be wrong.
-std::unique_ptr<Capture> corrupted(std::unique_ptr<Capture> source, const CorruptionConfig& corruption, uint64_t seed);
+std::unique_ptr<Capture> corrupted(std::unique_ptr<Capture> source, const CorruptionConfig& corruption);
 
 }  // namespace degas

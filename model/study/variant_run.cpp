@@ -180,7 +180,7 @@ double VariantRun::minutes_by_history() const {
 bool VariantRun::train_to(double fraction, const Progress& progress) {
   CaptureOptions options = setup_.capture;
   options.image_scale = config_.data.image_scale;
-  const auto capture = corrupted(open_capture(setup_.data, options), config_.data.corruption, config_.train.seed);
+  const auto capture = corrupted(open_capture(setup_.data, options), config_.data.corruption);
   Device device(setup_.device);
   TrainingRun run(device, config_, *capture, run_folder_, setup_.body, true, setup_.tune);
   Trainer& trainer = run.trainer();

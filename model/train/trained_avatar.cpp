@@ -75,7 +75,7 @@ std::unique_ptr<Capture> TrainedAvatar::as_registered(std::unique_ptr<Capture> c
   if (capture->picture_identity() != picture_identity_) return capture;
   CorruptionConfig registration = config_.data.corruption;
   registration.wrong_masks = registration.missing_codes = 0;
-  return corrupted(std::move(capture), registration, config_.train.seed);
+  return corrupted(std::move(capture), registration);
 }
 
 bool TrainedAvatar::is_refined(const Capture& capture, int frame) const {

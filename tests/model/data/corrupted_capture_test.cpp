@@ -31,8 +31,9 @@ std::unique_ptr<FakeCapture> recording() {
   return capture;
 }
 
-std::unique_ptr<Capture> with(const CorruptionConfig& corruption, uint64_t seed = 1) {
-  return corrupted(recording(), corruption, seed);
+std::unique_ptr<Capture> with(CorruptionConfig corruption, uint64_t seed = 1) {
+  corruption.seed = seed;
+  return corrupted(recording(), corruption);
 }
 
 CorruptionConfig registration(double degrees, double metres) {
@@ -57,7 +58,9 @@ double degrees(const Eigen::Vector3d& axis_angle) {
 TEST_CASE("nothing wrong leaves the capture itself") {
   std::unique_ptr<Capture> capture = recording();
   const Capture* before = capture.get();
-  CHECK(corrupted(std::move(capture), {}, 1).get() == before);
+  CorruptionConfig nothing;
+  nothing.seed = 2;
+  CHECK(corrupted(std::move(capture), nothing).get() == before);
 }
 
 TEST_CASE("a corrupted registration turns every joint and moves the body, evenly up to the limits") {
@@ -90,7 +93,7 @@ TEST_CASE("the turn comes on top of the pose") {
   auto source = recording();
   source->jaw = {0.3, -0.2, 0.1};
   const Eigen::Vector3d jaw = source->jaw;
-  const auto capture = corrupted(std::move(source), registration(3, 0), 1);
+  const auto capture = corrupted(std::move(source), registration(3, 0));
   const auto matrix = [](const Eigen::Vector3d& turn) {
     return Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
   };
@@ -103,7 +106,7 @@ TEST_CASE("the turn comes on top of the pose") {
 TEST_CASE("where the registration is right it stays, bit for bit") {
   auto source = recording();
   source->jaw = {3.5, 0.1, 0};  // beyond half a turn, which a matrix would not tell
-  const auto capture = corrupted(std::move(source), wrong_masks(0.5), 1);
+  const auto capture = corrupted(std::move(source), wrong_masks(0.5));
   CHECK(capture->pose(3).axis_angles[JawJoint] == Eigen::Vector3d(3.5, 0.1, 0));
   CHECK(capture->pose(3).translation == Eigen::Vector3d::Zero());
 }
@@ -145,7 +148,9 @@ TEST_CASE("a picture whose whole person would be cut away keeps its mask") {
   source->box_width = 3;
   source->box_height = 3;  // the rectangle is 25 x 30 pixels
   source->frames = 1;
-  const auto capture = corrupted(std::move(source), wrong_masks(0.999), 7);
+  CorruptionConfig corruption = wrong_masks(0.999);
+  corruption.seed = 7;
+  const auto capture = corrupted(std::move(source), corruption);
   for (int camera = 0; camera < 4; ++camera) {
     const Sample sample = capture->load(0, camera);
     CHECK(*std::max_element(sample.mask.pixels.begin(), sample.mask.pixels.end()) == 255);
