@@ -36,6 +36,14 @@ void* counted(size_t size) {
   return memory;
 }
 
+void* counted_or_null(size_t size) noexcept {
+  try {
+    return counted(size);
+  } catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+}
+
 void release(void* memory) {
   if (is_counting && memory) live -= static_cast<int64_t>(malloc_usable_size(memory));
   std::free(memory);
@@ -48,6 +56,12 @@ void* operator new(size_t size) {
 }
 void* operator new[](size_t size) {
   return counted(size);
+}
+void* operator new(size_t size, const std::nothrow_t&) noexcept {
+  return counted_or_null(size);
+}
+void* operator new[](size_t size, const std::nothrow_t&) noexcept {
+  return counted_or_null(size);
 }
 void operator delete(void* memory) noexcept {
   release(memory);
