@@ -28,8 +28,12 @@ void check_status(cl_int status, std::string_view what, const std::string& devic
         device, what, status);
   }
   switch (status) {
-    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
     case CL_OUT_OF_RESOURCES:
+      throw Error::format(
+          "device {}: out of resources in {} (OpenCL status {}): of memory, then lower net.resolution, net.width or "
+          "train.views_per_step; or of registers and local memory, then try --kernels wide",
+          device, what, status);
+    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
     case CL_OUT_OF_HOST_MEMORY:
       throw Error::format(
           "device out of memory in {} (OpenCL status {}); lower net.resolution, net.width or train.views_per_step",

@@ -14,7 +14,8 @@ void add_device_options(CLI::App& command, DeviceChoice& choice) {
   command
       .add_option("--kernels", choice.kernel_set,
                   "wide or gpu: vectors in long loops, or cooperative work-groups; each runs on every device that\n"
-                  "has room for it (default: gpu on GPUs with room for its work-groups, else wide)")
+                  "has room for it; another choice, other bits (default: gpu on GPUs with room for its\n"
+                  "work-groups, else wide)")
       ->transform(CLI::CheckedTransformer(sets))
       ->option_text("wide|gpu");
   command

@@ -126,10 +126,14 @@ class CorruptedCapture final : public WrappedCapture {
 
 }  // namespace
 
-std::unique_ptr<Capture> corrupted(std::unique_ptr<Capture> source, const CorruptionConfig& corruption) {
+bool corrupts(const CorruptionConfig& corruption) {
   CorruptionConfig nothing;
   nothing.seed = corruption.seed;
-  if (corruption == nothing) return source;
+  return corruption != nothing;
+}
+
+std::unique_ptr<Capture> corrupted(std::unique_ptr<Capture> source, const CorruptionConfig& corruption) {
+  if (!corrupts(corruption)) return source;
   return std::make_unique<CorruptedCapture>(std::move(source), corruption);
 }
 

@@ -7,6 +7,9 @@
 
 namespace degas {
 
+/// Whether anything is to be wrong.
+bool corrupts(const CorruptionConfig& corruption);
+
 /// The capture as a bad tracker, segmenter and face encoder would have delivered it: what `degas ablate --study
 /// stability` trains on. What is wrong where is a function of its seed alone: a run goes on with what it began, and
 /// runs of other seeds meet the same.

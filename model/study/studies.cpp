@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "host/error.h"
+#include "model/data/corrupted_capture.h"
 #include "model/net/map_network.h"
 #include "model/train/training_views.h"
 
@@ -98,7 +99,7 @@ std::vector<Variant> size_study(const Variant& base) {
 
 std::vector<Variant> stability_study(const Variant& base) {
   std::vector<Variant> all = {
-      varied(base, base.config.data.corruption == CorruptionConfig() ? "as recorded" : "as configured", {})};
+      varied(base, corrupts(base.config.data.corruption) ? "as configured" : "as recorded", {})};
   const auto add = [&](const std::string& name, const std::vector<std::string>& overrides) {
     all.push_back(varied(base, name, overrides));
   };

@@ -53,6 +53,11 @@ void add_peak_memory(json& state, const char* key, const Device& device) {
   state[key] = std::max(state.value(key, 0.0), std::round(mebibytes));
 }
 
+/// As --kernels takes it.
+const char* kernels_word(KernelSet set) {
+  return set == KernelSet::Gpu ? "gpu" : "wide";
+}
+
 }  // namespace
 
 std::unique_ptr<Capture> open_evaluation(const StudySetup& setup, const StudyEvaluation& evaluation) {
@@ -100,6 +105,7 @@ json VariantRun::plan() const {
                {"milestones", setup_.milestones}};
   if (setup_.budget.minutes) plan["minutes"] = *setup_.budget.minutes;
   if (setup_.tune != TuneMode::Off) plan["tune"] = name_of(setup_.tune);
+  if (setup_.device.kernel_set) plan["kernels"] = kernels_word(*setup_.device.kernel_set);
   if (!setup_.metrics.empty()) plan["metrics"] = setup_.metrics;
   for (const StudyEvaluation& evaluation : setup_.evaluations())
     plan["evaluations"].push_back({evaluation.name, evaluation.data.string(), evaluation.codes.string()});
@@ -138,6 +144,7 @@ std::vector<std::string> VariantRun::shared_words() const {
   std::vector<std::string> words;
   if (!setup_.capture.format.empty()) words.insert(words.end(), {"--format", setup_.capture.format});
   if (!setup_.device.selector.empty()) words.insert(words.end(), {"--device", setup_.device.selector});
+  if (setup_.device.kernel_set) words.insert(words.end(), {"--kernels", kernels_word(*setup_.device.kernel_set)});
   if (setup_.tune != TuneMode::Off) words.insert(words.end(), {"--tune", name_of(setup_.tune)});
   return words;
 }

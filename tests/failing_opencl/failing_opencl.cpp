@@ -1,7 +1,8 @@
 // An OpenCL layer that makes trouble, loaded before the real one by LD_PRELOAD. FAILING_OPENCL says which, separated by
 // commas, and FAILING_OPENCL_LOG names a file to which each trouble made is added as a line:
-//   clEnqueueNDRangeKernel:N, clSetKernelArg:N, clCreateBuffer:N, clBuildProgram:N
-//              from the N-th call of that function on the device is gone: it refuses these, transfers and waits
+//   clEnqueueNDRangeKernel:N, clSetKernelArg:N, clCreateBuffer:N, clBuildProgram:N, clEnqueueReadBuffer:N, clFinish:N,
+//   clEnqueueWriteBuffer:N, clEnqueueCopyBuffer:N, clEnqueueFillBuffer:N
+//              from the N-th call of that function on the device is gone: it refuses all of these
 //   memory:N   from the N-th buffer on none finds memory
 //   squeeze:N  the N-th buffer alone finds none
 //   build      no program is built
@@ -99,20 +100,39 @@ cl_int clSetKernelArg(cl_kernel kernel, cl_uint index, size_t size, const void* 
 
 cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size,
                            void* target, cl_uint waits, const cl_event* list, cl_event* event) {
-  if (lost) return CL_INVALID_COMMAND_QUEUE;
+  static Calls calls("clEnqueueReadBuffer");
+  if (calls.refused()) return CL_INVALID_COMMAND_QUEUE;
   static auto* const read = REAL(clEnqueueReadBuffer);
   return read(queue, buffer, blocking, offset, size, target, waits, list, event);
 }
 
 cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size,
                             const void* source, cl_uint waits, const cl_event* list, cl_event* event) {
-  if (lost) return CL_INVALID_COMMAND_QUEUE;
+  static Calls calls("clEnqueueWriteBuffer");
+  if (calls.refused()) return CL_INVALID_COMMAND_QUEUE;
   static auto* const write = REAL(clEnqueueWriteBuffer);
   return write(queue, buffer, blocking, offset, size, source, waits, list, event);
 }
 
+cl_int clEnqueueCopyBuffer(cl_command_queue queue, cl_mem source, cl_mem target, size_t source_offset,
+                           size_t target_offset, size_t size, cl_uint waits, const cl_event* list, cl_event* event) {
+  static Calls calls("clEnqueueCopyBuffer");
+  if (calls.refused()) return CL_INVALID_COMMAND_QUEUE;
+  static auto* const copy = REAL(clEnqueueCopyBuffer);
+  return copy(queue, source, target, source_offset, target_offset, size, waits, list, event);
+}
+
+cl_int clEnqueueFillBuffer(cl_command_queue queue, cl_mem buffer, const void* pattern, size_t pattern_size,
+                           size_t offset, size_t size, cl_uint waits, const cl_event* list, cl_event* event) {
+  static Calls calls("clEnqueueFillBuffer");
+  if (calls.refused()) return CL_INVALID_COMMAND_QUEUE;
+  static auto* const fill = REAL(clEnqueueFillBuffer);
+  return fill(queue, buffer, pattern, pattern_size, offset, size, waits, list, event);
+}
+
 cl_int clFinish(cl_command_queue queue) {
-  if (lost) return CL_DEVICE_NOT_AVAILABLE;
+  static Calls calls("clFinish");
+  if (calls.refused()) return CL_DEVICE_NOT_AVAILABLE;
   static auto* const finish = REAL(clFinish);
   return finish(queue);
 }

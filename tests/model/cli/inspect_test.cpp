@@ -254,9 +254,11 @@ TEST_CASE("real recordings without masks or a fit are shown with their calibrati
   CHECK_THAT(raw.page, Contains("data:image/jpeg;base64,"));
 
   // As calibrations of padded videos have it.
-  json padded = {{"rigs", rigs}};
-  padded["rigs"][1]["cameras"][0]["w"] = 1288;
-  std::ofstream(copy / "cameras.json") << padded.dump();
-  check_refused(run_program({"inspect", "--data", copy.path(), "--out", copy / "page"}),
-                {"cam01.mp4: is 1280x720, but cameras.json has 1288x720", "w and h"});
+  for (const size_t camera : {0, 1}) {
+    json padded = {{"rigs", rigs}};
+    padded["rigs"][camera]["cameras"][0]["w"] = 1288;
+    std::ofstream(copy / "cameras.json") << padded.dump();
+    check_refused(run_program({"inspect", "--data", copy.path(), "--out", copy / "page"}),
+                  {"cam0" + std::to_string(camera) + ".mp4: is 1280x720, but cameras.json has 1288x720", "w and h"});
+  }
 }
