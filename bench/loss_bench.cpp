@@ -5,7 +5,7 @@
 #include "bench/support/harness.h"
 #include "host/ops/lpips.h"
 #include "host/ops/ssim.h"
-#include "host/optim/adam.h"
+#include "host/optim/optimiser.h"
 
 using namespace degas;
 using namespace degas::bench;
@@ -141,7 +141,7 @@ int main(int count, char** values) {
   }
 
   const int64_t parameters = 8 << 20;
-  Adam adam(device);
+  Optimiser adam(device);
   Tensor value = Tensor::zeros(device, {parameters});
   const std::vector<float> numbers = invented(parameters, 1e-4);
   const Tensor gradient = Tensor::from(device, {parameters}, std::span<const float>(numbers));

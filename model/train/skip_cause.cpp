@@ -17,7 +17,7 @@ bool is_finite(const Pose& pose) {
                      [](const Eigen::Vector3d& axis_angle) { return axis_angle.allFinite(); });
 }
 
-std::string skip_text(const Adam::Counters::Skipped& skipped, const LoadRequest& views, const Capture& capture,
+std::string skip_text(const Optimiser::Counters::Skipped& skipped, const LoadRequest& views, const Capture& capture,
                       const SkipFindings& findings) {
   std::vector<std::string> cameras, not_finite;
   for (const int camera : views.cameras) cameras.push_back(capture.camera_names()[static_cast<size_t>(camera)]);

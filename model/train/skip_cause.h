@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "host/optim/adam.h"
+#include "host/optim/optimiser.h"
 #include "model/data/loader.h"
 #include "model/drive/pose.h"
 
@@ -25,7 +25,7 @@ struct SkipFindings {
 /// "step 12 was skipped (frame 3, cam00, cam05): the gradient of 'x' is not finite, nor is the registered pose, the
 /// loss's term offset", or "..: its gradient's norm 9.1e+05 is 2.0e+06 times the largest of late, most of it of 'x';
 /// the loss's largest term is scale, 4.9e+08".
-std::string skip_text(const Adam::Counters::Skipped& skipped, const LoadRequest& views, const Capture& capture,
+std::string skip_text(const Optimiser::Counters::Skipped& skipped, const LoadRequest& views, const Capture& capture,
                       const SkipFindings& findings);
 
 }  // namespace degas

@@ -20,8 +20,8 @@ constexpr uint64_t noise_stream = 5;  // of Random::of_step; prepared_step.cpp a
 constexpr int validation_views = 4;
 constexpr std::array<double, 3> white = {1, 1, 1};
 
-AdamOptions adam_options(const TrainConfig& train) {
-  AdamOptions options;
+OptimiserOptions adam_options(const TrainConfig& train) {
+  OptimiserOptions options;
   options.beta1 = train.beta1;
   options.beta2 = train.beta2;
   options.epsilon = train.epsilon;
@@ -65,8 +65,10 @@ Trainer::Trainer(Device& device, const Config& config, const Capture& capture, c
     PoseCorrection correction(device, refined);
     correction.axis_angles.set_requires_gradient();
     correction.translation.set_requires_gradient();
-    optimiser_.add(PoseCorrection::name(views.frame, "axis_angles"), correction.axis_angles, pose_group);
-    optimiser_.add(PoseCorrection::name(views.frame, "translation"), correction.translation, pose_group);
+    optimiser_.add(PoseCorrection::name(views.frame, "axis_angles"), correction.axis_angles, pose_group,
+                   UpdateRule::Rprop);
+    optimiser_.add(PoseCorrection::name(views.frame, "translation"), correction.translation, pose_group,
+                   UpdateRule::Rprop);
     corrections_.emplace(views.frame, correction);
   }
 }
@@ -152,8 +154,8 @@ double Trainer::validation_psnr() {
   return total / static_cast<double>(count);
 }
 
-std::string Trainer::skip_cause(const Adam::Counters& counters) {
-  const Adam::Counters::Skipped& skipped = counters.last_skipped;
+std::string Trainer::skip_cause(const Optimiser::Counters& counters) {
+  const Optimiser::Counters::Skipped& skipped = counters.last_skipped;
   if (skipped.step < 0 || skipped.step == told_skip_) return "";
   told_skip_ = skipped.step;
   // Frames of a step and all that is drawn at random follow from its number.
@@ -169,13 +171,13 @@ std::string Trainer::skip_cause(const Adam::Counters& counters) {
 }
 
 std::string Trainer::non_finite_parameter() const {
-  for (const Adam::Parameter& parameter : optimiser_.parameters()) {
+  for (const Optimiser::Parameter& parameter : optimiser_.parameters()) {
     if (!is_finite(parameter.value.to_host<float>())) return parameter.name;
   }
   return "";
 }
 
-void Trainer::require_progress(const Adam::Counters& counters) {
+void Trainer::require_progress(const Optimiser::Counters& counters) {
   if (counters.skipped_in_a_row < config_.train.max_skipped_steps) return;
   const std::string cause = skip_cause(counters);
   throw Error::format(
@@ -185,7 +187,7 @@ void Trainer::require_progress(const Adam::Counters& counters) {
       run_.has_checkpoint() ? "the last good checkpoint stands" : "there is no checkpoint yet");
 }
 
-TrainingReport Trainer::make_report(const Step& step, const Adam::Counters& counters, double fraction) {
+TrainingReport Trainer::make_report(const Step& step, const Optimiser::Counters& counters, double fraction) {
   TrainingReport report;
   report.step = step_;
   report.fraction = fraction;
@@ -229,7 +231,7 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
     const bool reports = due(config_.train.log_every) || validates;
     save_due = save_due || due(config_.train.checkpoint_every);
     // Reading the counters waits for the device, so it is not done at every step.
-    Adam::Counters counters;
+    Optimiser::Counters counters;
     if (reports || save_due || last || step_ % config_.train.max_skipped_steps == 0) {
       counters = optimiser_.counters();
       require_progress(counters);

@@ -4,7 +4,7 @@
 #include <map>
 #include <optional>
 
-#include "host/optim/adam.h"
+#include "host/optim/optimiser.h"
 #include "model/config.h"
 #include "model/data/capture.h"
 #include "model/loss/loss.h"
@@ -56,12 +56,12 @@ class Trainer {
   double validation_psnr();
   /// Why the last skipped step was skipped (skip_text), by drawing it once more. Empty where none was skipped since the
   /// last call.
-  std::string skip_cause(const Adam::Counters& counters);
+  std::string skip_cause(const Optimiser::Counters& counters);
   /// The first parameter that holds a number that is not finite; empty where none does.
   std::string non_finite_parameter() const;
   /// Throws the Error of steps that fail in a row.
-  void require_progress(const Adam::Counters& counters);
-  TrainingReport make_report(const Step& step, const Adam::Counters& counters, double fraction);
+  void require_progress(const Optimiser::Counters& counters);
+  TrainingReport make_report(const Step& step, const Optimiser::Counters& counters, double fraction);
   void save() const;
 
   Device& device_;
@@ -75,11 +75,11 @@ class Trainer {
   FaceCodes validation_codes_;  // used by this thread
   StepPreparer preparer_;
   Loss loss_;
-  Adam optimiser_;
+  Optimiser optimiser_;
   SplatWorkspace workspace_;
   std::map<int, PoseCorrection> corrections_;
   int64_t step_ = 0;
-  int told_skip_ = -1;        // Adam::Counters::Skipped::step
+  int told_skip_ = -1;        // Optimiser::Counters::Skipped::step
   double minutes_spent_ = 0;  // under budgets in minutes
 };
 

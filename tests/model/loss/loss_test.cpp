@@ -6,7 +6,7 @@
 #include "host/error.h"
 #include "host/ops/regularizer.h"
 #include "host/ops/ssim.h"
-#include "host/optim/adam.h"
+#include "host/optim/optimiser.h"
 #include "model/loss/lpips_weights.h"
 #include "tests/support/test_devices.h"
 
@@ -176,7 +176,7 @@ TEST_CASE("steps of loss and Adam repeat to the bit and allocate nothing after t
   const auto run = [&] {
     const Scene scene = make_scene(device);
     const Loss loss(device, config, scene.base);
-    Adam adam(device);
+    Optimiser adam(device);
     adam.add("image", scene.views[0].image);
     adam.add("log_scales", scene.maps.log_scales);
     for (int step = 0; step < 4; ++step) {

@@ -1,7 +1,8 @@
-#include "host/optim/adam.h"
+#include "host/optim/optimiser.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -20,7 +21,7 @@ void give_gradient(Tensor parameter, const std::vector<double>& values) {
 
 /// Sizes around every border of vectors, blocks and groups; three random steps.
 std::vector<std::vector<float>> some_steps(Device& device) {
-  Adam adam(device);
+  Optimiser adam(device);
   std::vector<Tensor> tensors;
   unsigned seed = 1;
   for (int64_t size : {1, 15, 17, 4096, 4097, 100003}) {
@@ -42,14 +43,14 @@ TEST_CASE("Adam follows torch: clipping, two groups, an absent gradient, a skipp
   const auto set = GENERATE(from_range(kernel_sets()));
   const auto real = GENERATE(Real::Float, Real::Double);
   Device& device = test::device(set, real);
-  const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/adam.npz");
+  const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/optimiser.npz");
   const std::vector<double> rates = file.read("rates").doubles();
   const auto tensor_of = [&](const char* key) {
     const NpyArray array = file.read(key);
     return Tensor::from(device, array.shape, std::span<const double>(array.doubles()));
   };
   Tensor a = tensor_of("a"), b = tensor_of("b");
-  Adam adam(device, {.beta2 = 0.99});
+  Optimiser adam(device, {.beta2 = 0.99});
   adam.add("b", b, 1);
   adam.add("a", a, 0);
   CHECK(adam.parameters()[0].name == "a");
@@ -78,11 +79,39 @@ TEST_CASE("Adam follows torch: clipping, two groups, an absent gradient, a skipp
   CHECK(adam.progress().applied == std::vector<int32_t>{8, 7});
 }
 
+TEST_CASE("Rprop follows torch: growing and shrinking steps, their bounds, gradients of zero") {
+  const auto set = GENERATE(from_range(kernel_sets()));
+  const auto real = GENERATE(Real::Float, Real::Double);
+  Device& device = test::device(set, real);
+  const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/optimiser.npz");
+  const NpyArray start = file.read("c");
+  Tensor c = Tensor::from(device, start.shape, std::span<const double>(start.doubles()));
+  Tensor other = random_tensor(device, {3}, 1);
+  Optimiser optimiser(device);
+  optimiser.add("c", c, 1, UpdateRule::Rprop);
+  optimiser.add("other", other);
+  for (int step = 0; step < 12; ++step) {
+    give_gradient(c, file.read("gradient_c" + std::to_string(step)).doubles());
+    optimiser.step({0.1, 1e-3});
+    // Skipped, or without a gradient for it: it stays as it is.
+    give_gradient(c, std::vector<double>(1031, NAN));
+    optimiser.step({0.1, 1e-3});
+    give_gradient(other, {1, 2, 3});
+    optimiser.step({0.1, 1e-3});
+  }
+  const double bar = real == Real::Double ? 1e-13 : 2e-6;
+  CHECK(largest_difference(c.to_host<double>(), file.read("c_end").doubles()) < bar);
+  const std::vector<double> steps = optimiser.parameters()[0].second_moment.to_host<double>();
+  CHECK(largest_difference(steps, file.read("c_step").doubles()) < 10 * bar);
+  CHECK(*std::min_element(steps.begin(), steps.end()) == Approx(0.05));
+  CHECK(*std::max_element(steps.begin(), steps.end()) == Approx(10));
+}
+
 TEST_CASE("a step with a NaN, an infinity or an overflowing norm changes nothing and is counted") {
   const auto set = GENERATE(from_range(kernel_sets()));
   Device& device = test::device(set);
   Tensor good = random_tensor(device, {33}, 1), bad = random_tensor(device, {4097}, 2);
-  Adam adam(device);
+  Optimiser adam(device);
   adam.add("good", good);
   adam.add("bad", bad);
   give_gradient(good, random_values(33, 3));
@@ -119,7 +148,7 @@ TEST_CASE("a step with a NaN, an infinity or an overflowing norm changes nothing
 TEST_CASE("a skipped step names the first gradient that is not finite, or the largest where only the sum overflows") {
   const auto set = GENERATE(from_range(kernel_sets()));
   Device& device = test::device(set);
-  Adam adam(device);
+  Optimiser adam(device);
   std::vector<Tensor> tensors;
   for (int i = 0; i < 20; ++i) {  // more than a batch of the kernels
     tensors.push_back(random_tensor(device, {i % 3 == 0 ? 9000 : 5}, 1));
@@ -150,7 +179,7 @@ TEST_CASE("a step whose norm is a spike changes nothing and is counted; what ris
           "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   Tensor small = random_tensor(device, {33}, 1), large = random_tensor(device, {9000}, 2);
-  Adam adam(device, {.spike_limit = 10});
+  Optimiser adam(device, {.spike_limit = 10});
   adam.add("large", large);
   adam.add("small", small);
   const auto step = [&](double norm) {
@@ -209,14 +238,14 @@ TEST_CASE("Adam restored from its moments and progress goes on with the same bit
   const std::vector<double> start = random_values(100, 1);
   const auto run = [&](bool interrupted) {
     Tensor value = Tensor::from(device, {100}, std::span<const double>(start));
-    const AdamOptions options{.spike_limit = 5};
-    Adam first(device, options), second(device, options);
+    const OptimiserOptions options{.spike_limit = 5};
+    Optimiser first(device, options), second(device, options);
     first.add("p", value);
     second.add("p", value);
-    Adam* adam = &first;
+    Optimiser* adam = &first;
     for (int step = 0; step < 60; ++step) {
       if (interrupted && step == 30) {
-        const Adam::Parameter& from = first.parameters()[0];
+        const Optimiser::Parameter& from = first.parameters()[0];
         Tensor(second.parameters()[0].first_moment).upload(std::span<const float>(from.first_moment.to_host<float>()));
         Tensor(second.parameters()[0].second_moment)
             .upload(std::span<const float>(from.second_moment.to_host<float>()));
@@ -237,7 +266,7 @@ TEST_CASE("Adam restored from its moments and progress goes on with the same bit
 TEST_CASE("Adam refuses a taken name, a late parameter and a group without a rate") {
   Device& device = test::device(KernelSet::Wide);
   Tensor value = random_tensor(device, {3}, 1);
-  Adam adam(device);
+  Optimiser adam(device);
   adam.add("p", value, 1);
   CHECK_THROWS_AS(adam.add("p", value), std::logic_error);
   CHECK_THROWS_AS(adam.step({0.1}), std::logic_error);
@@ -247,9 +276,9 @@ TEST_CASE("Adam refuses a taken name, a late parameter and a group without a rat
 
 TEST_CASE("plain clipping scales to the bound itself; 0 switches it off") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  const auto moment_after = [&](AdamOptions options) {
+  const auto moment_after = [&](OptimiserOptions options) {
     Tensor value = random_tensor(device, {2}, 1);
-    Adam adam(device, options);
+    Optimiser adam(device, options);
     adam.add("p", value);
     give_gradient(value, {30, 40});
     adam.step({0.1});
@@ -262,12 +291,12 @@ TEST_CASE("plain clipping scales to the bound itself; 0 switches it off") {
 
 TEST_CASE("parameters that share launches get the bits that each gets alone") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  const AdamOptions options{.clip_above = 0};  // whose norm is over all of them
+  const OptimiserOptions options{.clip_above = 0};  // whose norm is over all of them
   std::vector<int64_t> sizes;
   for (int i = 0; i < 17; ++i) sizes.push_back(1 + 2 * i);  // more than a launch takes
   for (int i = 0; i < 3; ++i) sizes.push_back(6 * 4096);    // of several blocks
-  Adam together(device, options);
-  std::vector<std::unique_ptr<Adam>> alone;
+  Optimiser together(device, options);
+  std::vector<std::unique_ptr<Optimiser>> alone;
   std::vector<Tensor> shared, single;
   for (size_t i = 0; i < sizes.size(); ++i) {
     const auto seed = static_cast<unsigned>(i);
@@ -275,7 +304,7 @@ TEST_CASE("parameters that share launches get the bits that each gets alone") {
     single.push_back(random_tensor(device, {sizes[i]}, seed));
     const int group = i % 7 == 3 ? 1 : 0;
     together.add(fmt::format("{:02}", i), shared.back(), group);
-    alone.push_back(std::make_unique<Adam>(device, options));
+    alone.push_back(std::make_unique<Optimiser>(device, options));
     alone.back()->add("it", single.back(), group);
   }
   for (unsigned step = 0; step < 4; ++step) {

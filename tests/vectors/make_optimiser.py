@@ -1,4 +1,5 @@
-"""Writes adam.npz: the path of torch.optim.Adam on two parameters with given gradients, in double precision.
+"""Writes optimiser.npz: the paths of torch.optim.Adam on two parameters and of torch.optim.Rprop on a third with given
+gradients, in double precision.
 
 Clipping is applied to the gradients beforehand by the method's rule (a norm above 1 is scaled to 0.1). The second
 parameter has no gradient in step 2; step 5 has a NaN gradient and is left out, as the optimiser must leave it out.
@@ -35,4 +36,19 @@ arrays["a_end"] = parameters[0].detach().numpy()
 arrays["b_end"] = parameters[1].detach().numpy()
 arrays["a_moment"] = optimizer.state[parameters[0]]["exp_avg"].numpy()
 arrays["b_moment2"] = optimizer.state[parameters[1]]["exp_avg_sq"].numpy()
-np.savez_compressed(os.path.join(os.path.dirname(__file__), "adam.npz"), **arrays)
+
+rate = 1e-3
+value = torch.randn(1031).double()
+parameter = torch.nn.Parameter(value.clone())
+optimizer = torch.optim.Rprop([parameter], lr=rate, etas=(0.6, 1.5), step_sizes=(0.05 * rate, 10 * rate))
+arrays["c"] = value.numpy()
+for step in range(12):
+    # Of signs that tend to stay, so that steps reach both bounds; some are zero.
+    gradient = torch.randn_like(value) + torch.linspace(-3, 3, 1031) * (-1) ** (step * (torch.arange(1031) % 2))
+    gradient[step::31] = 0
+    arrays[f"gradient_c{step}"] = gradient.float().numpy()
+    parameter.grad = gradient.float().double()
+    optimizer.step()
+arrays["c_end"] = parameter.detach().numpy()
+arrays["c_step"] = optimizer.state[parameter]["step_size"].numpy() / rate
+np.savez_compressed(os.path.join(os.path.dirname(os.path.abspath(__file__)), "optimiser.npz"), **arrays)

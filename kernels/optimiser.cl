@@ -1,9 +1,10 @@
-// Adam over many parameter arrays with one global gradient norm, never waiting for the host.
+// Adam and Rprop over many parameter arrays with one global gradient norm, never waiting for the host.
 //   1. square_sums, once a batch of parameters that have a gradient: squared norms of blocks into `partial`, whose they
 //      are, and that they are present.
 //   2. decide, once: the norm over all of them; whether the step is applied; clip factor; each parameter's bias
 //      correction.
-//   3. update, once a batch of 1.: moments and values, or nothing when the step is skipped.
+//   3. adam or rprop, once a batch of 1.: moments (or last gradients and steps) and values, or nothing when the step is
+//      skipped.
 // Batches as in common/batch.cl.
 // state: REAL[5] = norm, factor on the gradients (0 when skipped), logarithm of the largest norm of late (UNKNOWN: of
 // none); of the last step skipped its norm and that logarithm.
@@ -14,7 +15,7 @@
 // the parameter itself was updated.
 // -D BLOCK: elements of a work-group and of a slot of `partial`, a multiple of GROUP * V. -D GROUP: items of a
 // work-group, a power of two; 1 when WIDE.
-// Launch: square_sums and update one group per block, the batch's parameters one after the other; decide one group.
+// Launch: square_sums, adam and rprop one group per block, the batch's parameters one after the other; decide one group.
 // Deterministic: every sum has an order fixed by the sizes.
 #include "common/real.cl"
 #include "common/batch.cl"
@@ -129,14 +130,6 @@ kernel void decide(global const REAL* partial, global const int* owners, global 
 }
 
 #define ARRAYS(k) global REAL *value##k, global const REAL *gradient##k, global REAL *first##k, global REAL *second##k,
-kernel void update(EACH(ARRAYS) global const REAL* bias, global const REAL* state, const REAL learning_rate,
-                   const REAL beta1, const REAL beta2, const REAL epsilon, const Batch batch) {
-  const int block = get_group_id(0);
-  const REAL factor = state[1];
-  if (factor == 0) return;
-  global REAL *value = value0, *first_moment = first0, *second_moment = second0;
-  global const REAL* gradient = gradient0;
-  int which = 0;
 #define CHOOSE(k)             \
   if (IS_OF(k)) {             \
     which = k;                \
@@ -145,13 +138,23 @@ kernel void update(EACH(ARRAYS) global const REAL* bias, global const REAL* stat
     first_moment = first##k;  \
     second_moment = second##k; \
   }
-  EACH(CHOOSE)
-#undef CHOOSE
-  const long begin = (block - (which > 0 ? batch.ends[which - 1] : 0)) * (long)BLOCK;
+// The block's arrays, and its first and last element. The last vector may run past the end, within the arrays' padding.
+#define CHOOSE_BLOCK                                                                    \
+  const int block = get_group_id(0);                                                    \
+  global REAL *value = value0, *first_moment = first0, *second_moment = second0;        \
+  global const REAL* gradient = gradient0;                                              \
+  int which = 0;                                                                        \
+  EACH(CHOOSE)                                                                          \
+  const long begin = (block - (which > 0 ? batch.ends[which - 1] : 0)) * (long)BLOCK;   \
   const long end = min(begin + BLOCK, batch.counts[which]);
+
+kernel void adam(EACH(ARRAYS) global const REAL* bias, global const REAL* state, const REAL learning_rate,
+                 const REAL beta1, const REAL beta2, const REAL epsilon, const Batch batch) {
+  const REAL factor = state[1];
+  if (factor == 0) return;
+  CHOOSE_BLOCK
   global const REAL* correction = bias + 2 * batch.parameters[which];
   const REAL rate = learning_rate / correction[0], second_correction = correction[1];
-  // The last vector may run past the end, within the padding of the arrays.
   for (long i = begin + get_local_id(0) * V; i < end; i += GROUP * V) {
     const REALV g = factor * LOAD_VECTOR(0, gradient + i);
     const REALV m = beta1 * LOAD_VECTOR(0, first_moment + i) + (1 - beta1) * g;
@@ -160,5 +163,23 @@ kernel void update(EACH(ARRAYS) global const REAL* bias, global const REAL* stat
     STORE_VECTOR(v, 0, second_moment + i);
     const REALV denominator = sqrt(v) / second_correction + epsilon;
     STORE_VECTOR(LOAD_VECTOR(0, value + i) - rate * m / denominator, 0, value + i);
+  }
+}
+
+// first: the last gradient, 0 where its sign had turned; second: the step in learning rates, 0 before the first.
+kernel void rprop(EACH(ARRAYS) global const REAL* state, const REAL learning_rate, const REAL growth,
+                  const REAL shrinkage, const REAL smallest, const REAL largest, const Batch batch) {
+  if (state[1] == 0) return;
+  CHOOSE_BLOCK
+  for (long i = begin + get_local_id(0) * V; i < end; i += GROUP * V) {
+    const REALV g = LOAD_VECTOR(0, gradient + i), before = LOAD_VECTOR(0, second_moment + i);
+    // Signs, as the product of two small gradients may be too small for a number.
+    const REALV turn = sign(g) * sign(LOAD_VECTOR(0, first_moment + i));
+    const REALV change = turn > 0 ? (REALV)growth : turn < 0 ? (REALV)shrinkage : (REALV)1;
+    const REALV step = clamp(change * (before == 0 ? (REALV)1 : before), (REALV)smallest, (REALV)largest);
+    const REALV followed = turn < 0 ? (REALV)0 : g;
+    STORE_VECTOR(followed, 0, first_moment + i);
+    STORE_VECTOR(step, 0, second_moment + i);
+    STORE_VECTOR(LOAD_VECTOR(0, value + i) - learning_rate * step * sign(followed), 0, value + i);
   }
 }

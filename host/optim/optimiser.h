@@ -8,9 +8,21 @@
 
 namespace degas {
 
-struct AdamOptions {
-  double beta1 = 0.9, beta2 = 0.999;
-  double epsilon = 1e-15;
+/// How a parameter follows its gradient. The learning rate is about the length of a step in both, however large the
+/// gradient is.
+enum class UpdateRule {
+  Adam,  ///< Kingma & Ba, 2015, with bias correction
+  /// Riedmiller & Braun, 1993: by the gradient's sign alone. An element's step grows while the sign stays, and shrinks,
+  /// with no step taken, where it turns. For elements that few steps reach and that may have far to go or hardly at
+  /// all, as the pose of one frame out of thousands.
+  Rprop,
+};
+
+struct OptimiserOptions {
+  double beta1 = 0.9, beta2 = 0.999;               ///< Adam's decay of the moments
+  double epsilon = 1e-15;                          ///< Adam's
+  double growth = 1.5, shrinkage = 0.6;            ///< Rprop's factors on an element's step
+  double smallest_step = 0.05, largest_step = 10;  ///< Rprop's, in learning rates
   /// A norm over all gradients above clip_above is scaled to clip_to (the method's rule: above 1 to 0.1; the usual
   /// clip has both equal). clip_above 0: gradients are never scaled.
   double clip_above = 1, clip_to = 0.1;
@@ -20,16 +32,19 @@ struct AdamOptions {
   double spike_limit = 0;
 };
 
-/// Adam (Kingma & Ba, 2015, with bias correction) over named parameters, entirely on the device: the host queues
-/// launches and reads nothing back. A step whose global gradient norm is not finite (in the device's REAL) changes
-/// neither parameters nor moments and is counted, and so is a spike. Bit-reproducible.
-class Adam {
+/// Updates named parameters by their gradients, entirely on the device: the host queues launches and reads nothing
+/// back. A step whose global gradient norm is not finite (in the device's REAL) changes neither parameters nor their
+/// state and is counted, and so is a spike. Bit-reproducible.
+class Optimiser {
  public:
   struct Parameter {
     std::string name;
     int group;  ///< index into the learning rates of step()
+    UpdateRule rule;
     Tensor value;
-    Tensor first_moment, second_moment;  ///< of value's shape; zero until the first step
+    /// Of value's shape; zero until the first step. Adam: the moments. Rprop: the last gradient (0 where its sign had
+    /// turned) and the step, in learning rates.
+    Tensor first_moment, second_moment;
   };
   struct Counters {
     int applied = 0, skipped = 0, skipped_in_a_row = 0;
@@ -48,10 +63,10 @@ class Adam {
     std::optional<double> log_largest_norm;  ///< nothing: not known, as before the first step
   };
 
-  explicit Adam(Device& device, const AdamOptions& options = {});
+  explicit Optimiser(Device& device, const OptimiserOptions& options = {});
 
   /// Throws std::logic_error when the name is taken. Not after the first step().
-  void add(const std::string& name, const Tensor& value, int group = 0);
+  void add(const std::string& name, const Tensor& value, int group = 0, UpdateRule rule = UpdateRule::Adam);
   /// In order of name.
   const std::vector<Parameter>& parameters() const { return parameters_; }
 
@@ -67,9 +82,10 @@ class Adam {
   void restore(const Progress& progress);
 
  private:
-  /// Parameters of one group that a launch takes together.
+  /// Parameters of one group and rule that a launch takes together.
   struct Batch {
     int group;
+    UpdateRule rule;
     int blocks;
     std::vector<size_t> members;
   };
@@ -81,7 +97,7 @@ class Adam {
                     const Arguments&... arguments) const;
 
   Device& device_;
-  AdamOptions options_;
+  OptimiserOptions options_;
   std::vector<Parameter> parameters_;
   bool started_ = false;
   Tensor partial_, owners_, present_, applied_, bias_, state_, counters_;

@@ -1,4 +1,4 @@
-#include "host/optim/adam.h"
+#include "host/optim/optimiser.h"
 
 #include <fmt/format.h>
 
@@ -27,8 +27,8 @@ int group_size(const Device& device) {
   return device.is_wide() ? 1 : 256;
 }
 
-Kernel adam_kernel(Device& device, const char* name) {
-  return device.kernel("adam", name, {{"BLOCK", block}, {"GROUP", group_size(device)}});
+Kernel optimiser_kernel(Device& device, const char* name) {
+  return device.kernel("optimiser", name, {{"BLOCK", block}, {"GROUP", group_size(device)}});
 }
 
 int64_t slots_of(const Tensor& value) {
@@ -37,23 +37,23 @@ int64_t slots_of(const Tensor& value) {
 
 }  // namespace
 
-Adam::Adam(Device& device, const AdamOptions& options) : device_(device), options_(options) {}
+Optimiser::Optimiser(Device& device, const OptimiserOptions& options) : device_(device), options_(options) {}
 
-void Adam::add(const std::string& name, const Tensor& value, int group) {
+void Optimiser::add(const std::string& name, const Tensor& value, int group, UpdateRule rule) {
   const auto place =
       std::lower_bound(parameters_.begin(), parameters_.end(), name,
                        [](const Parameter& parameter, const std::string& key) { return parameter.name < key; });
   if (place != parameters_.end() && place->name == name) {
-    throw std::logic_error(fmt::format("[adam] two parameters are named '{}'", name));
+    throw std::logic_error(fmt::format("[optimiser] two parameters are named '{}'", name));
   }
-  if (started_) throw std::logic_error(fmt::format("[adam] parameter '{}' added after the first step", name));
+  if (started_) throw std::logic_error(fmt::format("[optimiser] parameter '{}' added after the first step", name));
   parameters_.insert(
-      place, {name, group, value, Tensor::zeros(device_, value.shape()), Tensor::zeros(device_, value.shape())});
+      place, {name, group, rule, value, Tensor::zeros(device_, value.shape()), Tensor::zeros(device_, value.shape())});
   allocate();
 }
 
 // With each parameter rather than in the first step: there it would take buffers that the second step then misses.
-void Adam::allocate() {
+void Optimiser::allocate() {
   const auto count = static_cast<int64_t>(parameters_.size());
   int64_t slots = 1;
   for (const Parameter& parameter : parameters_) slots += slots_of(parameter.value);
@@ -68,8 +68,8 @@ void Adam::allocate() {
 
 /// `arrays` gives a parameter's tensors; the batch is the kernel's last argument.
 template <typename Arrays, typename... Arguments>
-void Adam::launch_batch(const Kernel& kernel, const Batch& batch, const Arrays& arrays,
-                        const Arguments&... arguments) const {
+void Optimiser::launch_batch(const Kernel& kernel, const Batch& batch, const Arrays& arrays,
+                             const Arguments&... arguments) const {
   BatchArgument argument{};
   for (size_t k = 0, end = 0; k < batch_size; ++k) {
     if (k < batch.members.size()) {
@@ -86,13 +86,14 @@ void Adam::launch_batch(const Kernel& kernel, const Batch& batch, const Arrays& 
       [&](size_t member) { return arrays(parameters_[member]); }, arguments..., argument);
 }
 
-std::vector<Adam::Batch> Adam::make_batches() const {
+std::vector<Optimiser::Batch> Optimiser::make_batches() const {
   std::vector<Batch> batches;
   for (size_t i = 0; i < parameters_.size(); ++i) {
     const Parameter& parameter = parameters_[i];
     if (!parameter.value.has_gradient()) continue;
-    if (batches.empty() || batches.back().members.size() == batch_size || batches.back().group != parameter.group) {
-      batches.push_back({parameter.group, 0, {}});
+    if (batches.empty() || batches.back().members.size() == batch_size || batches.back().group != parameter.group ||
+        batches.back().rule != parameter.rule) {
+      batches.push_back({parameter.group, parameter.rule, 0, {}});
     }
     batches.back().members.push_back(i);
     batches.back().blocks += static_cast<int>(slots_of(parameter.value));
@@ -100,19 +101,20 @@ std::vector<Adam::Batch> Adam::make_batches() const {
   return batches;
 }
 
-void Adam::step(const std::vector<double>& learning_rates) {
+void Optimiser::step(const std::vector<double>& learning_rates) {
   if (parameters_.empty()) return;
   started_ = true;
   for (const Parameter& parameter : parameters_) {
     if (parameter.group < 0 || parameter.group >= static_cast<int>(learning_rates.size())) {
       throw std::logic_error(
-          fmt::format("[adam] no learning rate for group {} of '{}'", parameter.group, parameter.name));
+          fmt::format("[optimiser] no learning rate for group {} of '{}'", parameter.group, parameter.name));
     }
   }
   const size_t group = group_size(device_);
   const LocalMemory scratch{group * device_.real_bytes()};
   const std::vector<Batch> batches = make_batches();
-  const Kernel square_sums = adam_kernel(device_, "square_sums"), update = adam_kernel(device_, "update");
+  const Kernel square_sums = optimiser_kernel(device_, "square_sums"), adam = optimiser_kernel(device_, "adam"),
+               rprop = optimiser_kernel(device_, "rprop");
   int slots = 0;
   for (const Batch& batch : batches) {
     launch_batch(
@@ -120,24 +122,30 @@ void Adam::step(const std::vector<double>& learning_rates) {
         present_, scratch, slots);
     slots += batch.blocks;
   }
-  adam_kernel(device_, "decide")
+  optimiser_kernel(device_, "decide")
       .launch({group}, {group}, partial_, owners_, present_, applied_, bias_, state_, counters_, scratch, slots,
               static_cast<int>(parameters_.size()), options_.clip_above, options_.clip_to, options_.spike_limit,
               std::log(options_.beta1), std::log(options_.beta2));
+  const auto arrays = [](const Parameter& p) {
+    return std::tuple(p.value, p.value.gradient(), p.first_moment, p.second_moment);
+  };
   for (const Batch& batch : batches) {
-    launch_batch(
-        update, batch,
-        [](const Parameter& p) { return std::tuple(p.value, p.value.gradient(), p.first_moment, p.second_moment); },
-        bias_, state_, learning_rates[batch.group], options_.beta1, options_.beta2, options_.epsilon);
+    const double rate = learning_rates[batch.group];
+    if (batch.rule == UpdateRule::Adam) {
+      launch_batch(adam, batch, arrays, bias_, state_, rate, options_.beta1, options_.beta2, options_.epsilon);
+    } else {
+      launch_batch(rprop, batch, arrays, state_, rate, options_.growth, options_.shrinkage, options_.smallest_step,
+                   options_.largest_step);
+    }
   }
   clear_gradients();
 }
 
-void Adam::clear_gradients() {
+void Optimiser::clear_gradients() {
   for (Parameter& parameter : parameters_) parameter.value.clear_gradient();
 }
 
-Adam::Counters Adam::counters() const {
+Optimiser::Counters Optimiser::counters() const {
   if (parameters_.empty()) return {};
   const std::vector<int32_t> counts = counters_.to_host<int32_t>();
   const std::vector<double> state = state_.to_host<double>();
@@ -148,15 +156,15 @@ Adam::Counters Adam::counters() const {
   return counters;
 }
 
-Adam::Progress Adam::progress() const {
+Optimiser::Progress Optimiser::progress() const {
   if (parameters_.empty()) return {};
   return {counters(), applied_.to_host<int32_t>(), state_.to_host<double>()[2]};
 }
 
-void Adam::restore(const Progress& progress) {
+void Optimiser::restore(const Progress& progress) {
   if (progress.applied.size() != parameters_.size()) {
-    throw std::logic_error(
-        fmt::format("[adam] progress of {} parameters restored to {}", progress.applied.size(), parameters_.size()));
+    throw std::logic_error(fmt::format("[optimiser] progress of {} parameters restored to {}", progress.applied.size(),
+                                       parameters_.size()));
   }
   if (parameters_.empty()) return;
   started_ = true;
