@@ -166,7 +166,7 @@ kernel void adam(EACH(ARRAYS) global const REAL* bias, global const REAL* state,
   }
 }
 
-// first: the last gradient, 0 where its sign had turned; second: the step in learning rates, 0 before the first.
+// first: the last gradient; second: the step in learning rates, 0 before the first.
 kernel void rprop(EACH(ARRAYS) global const REAL* state, const REAL learning_rate, const REAL growth,
                   const REAL shrinkage, const REAL smallest, const REAL largest, const Batch batch) {
   if (state[1] == 0) return;
@@ -177,9 +177,8 @@ kernel void rprop(EACH(ARRAYS) global const REAL* state, const REAL learning_rat
     const REALV turn = sign(g) * sign(LOAD_VECTOR(0, first_moment + i));
     const REALV change = turn > 0 ? (REALV)growth : turn < 0 ? (REALV)shrinkage : (REALV)1;
     const REALV step = clamp(change * (before == 0 ? (REALV)1 : before), (REALV)smallest, (REALV)largest);
-    const REALV followed = turn < 0 ? (REALV)0 : g;
-    STORE_VECTOR(followed, 0, first_moment + i);
+    STORE_VECTOR(g, 0, first_moment + i);
     STORE_VECTOR(step, 0, second_moment + i);
-    STORE_VECTOR(LOAD_VECTOR(0, value + i) - learning_rate * step * sign(followed), 0, value + i);
+    STORE_VECTOR(LOAD_VECTOR(0, value + i) - learning_rate * step * sign(g), 0, value + i);
   }
 }

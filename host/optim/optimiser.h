@@ -12,9 +12,9 @@ namespace degas {
 /// gradient is.
 enum class UpdateRule {
   Adam,  ///< Kingma & Ba, 2015, with bias correction
-  /// Riedmiller & Braun, 1993: by the gradient's sign alone. An element's step grows while the sign stays, and shrinks,
-  /// with no step taken, where it turns. For elements that few steps reach and that may have far to go or hardly at
-  /// all, as the pose of one frame out of thousands.
+  /// Riedmiller & Braun, 1993, in the form that takes nothing back: by the gradient's sign alone. An element's step
+  /// grows while the sign stays and shrinks where it turns. For elements that few steps reach and that may have far to
+  /// go or hardly at all, as the pose of one frame out of thousands.
   Rprop,
 };
 
@@ -42,8 +42,8 @@ class Optimiser {
     int group;  ///< index into the learning rates of step()
     UpdateRule rule;
     Tensor value;
-    /// Of value's shape; zero until the first step. Adam: the moments. Rprop: the last gradient (0 where its sign had
-    /// turned) and the step, in learning rates.
+    /// Of value's shape; zero until the first step. Adam: the moments. Rprop: the last gradient and the step, in
+    /// learning rates.
     Tensor first_moment, second_moment;
   };
   struct Counters {

@@ -1,5 +1,5 @@
-"""Writes optimiser.npz: the paths of torch.optim.Adam on two parameters and of torch.optim.Rprop on a third with given
-gradients, in double precision.
+"""Writes optimiser.npz: the paths of torch.optim.Adam on two parameters with given gradients, in double precision, and that of
+Rprop on a third by numpy (torch.optim.Rprop takes no step where a sign turns, which is another form of it).
 
 Clipping is applied to the gradients beforehand by the method's rule (a norm above 1 is scaled to 0.1). The second
 parameter has no gradient in step 2; step 5 has a NaN gradient and is left out, as the optimiser must leave it out.
@@ -38,17 +38,17 @@ arrays["a_moment"] = optimizer.state[parameters[0]]["exp_avg"].numpy()
 arrays["b_moment2"] = optimizer.state[parameters[1]]["exp_avg_sq"].numpy()
 
 rate = 1e-3
-value = torch.randn(1031).double()
-parameter = torch.nn.Parameter(value.clone())
-optimizer = torch.optim.Rprop([parameter], lr=rate, etas=(0.6, 1.5), step_sizes=(0.05 * rate, 10 * rate))
-arrays["c"] = value.numpy()
+value = torch.randn(1031).double().numpy()
+arrays["c"] = value.copy()
+steps, last = np.ones(1031), np.zeros(1031)
 for step in range(12):
     # Of signs that tend to stay, so that steps reach both bounds; some are zero.
-    gradient = torch.randn_like(value) + torch.linspace(-3, 3, 1031) * (-1) ** (step * (torch.arange(1031) % 2))
+    gradient = torch.randn(1031).numpy() + np.linspace(-3, 3, 1031) * (-1.0) ** (step * (np.arange(1031) % 2))
     gradient[step::31] = 0
-    arrays[f"gradient_c{step}"] = gradient.float().numpy()
-    parameter.grad = gradient.float().double()
-    optimizer.step()
-arrays["c_end"] = parameter.detach().numpy()
-arrays["c_step"] = optimizer.state[parameter]["step_size"].numpy() / rate
+    arrays[f"gradient_c{step}"] = gradient = gradient.astype(np.float32)
+    turn = np.sign(gradient) * np.sign(last)
+    steps = np.clip(steps * np.where(turn > 0, 1.5, np.where(turn < 0, 0.6, 1)), 0.05, 10)
+    value = value - rate * steps * np.sign(gradient)
+    last = gradient
+arrays["c_end"], arrays["c_step"] = value, steps
 np.savez_compressed(os.path.join(os.path.dirname(os.path.abspath(__file__)), "optimiser.npz"), **arrays)

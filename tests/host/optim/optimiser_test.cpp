@@ -79,7 +79,7 @@ TEST_CASE("Adam follows torch: clipping, two groups, an absent gradient, a skipp
   CHECK(adam.progress().applied == std::vector<int32_t>{8, 7});
 }
 
-TEST_CASE("Rprop follows torch: growing and shrinking steps, their bounds, gradients of zero") {
+TEST_CASE("Rprop follows numpy: growing and shrinking steps, their bounds, gradients of zero") {
   const auto set = GENERATE(from_range(kernel_sets()));
   const auto real = GENERATE(Real::Float, Real::Double);
   Device& device = test::device(set, real);
