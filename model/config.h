@@ -99,11 +99,8 @@ struct TrainConfig {
   double beta1 = 0.9, beta2 = 0.999;                               ///< Adam's decay of the moments
   double epsilon = 1e-15;                                          ///< Adam's
   GradientClipConfig gradient_clip;
-  bool refine_poses = false;  ///< also fit the training frames' body poses
-  /// Their rate, radians (and metres), times the square root of how often the budget visits a frame: what Adam's steps
-  /// add up to where they go to and fro by chance, so that it is the same whatever the budget.
-  double pose_drift = 0.0025;
-  double pose_learning_rate = 0;     ///< above 0: that rate instead, whatever the budget
+  bool refine_poses = false;         ///< also fit the training frames' body poses
+  double pose_learning_rate = 1e-3;  ///< of those, Rprop's: the first step, radians (and metres)
   bool random_background = true;     ///< a colour drawn per step; otherwise black
   int64_t validation_every = 1000;   ///< steps; 0: never
   int64_t checkpoint_every = 10000;  ///< steps; 0: only at the end

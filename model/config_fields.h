@@ -116,7 +116,6 @@ void visit_fields(TrainConfig& config, Visitor& visit) {
   FIELD(epsilon);
   FIELD(gradient_clip);
   FIELD(refine_poses);
-  FIELD(pose_drift);
   FIELD(pose_learning_rate);
   FIELD(random_background);
   FIELD(validation_every);

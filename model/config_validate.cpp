@@ -97,10 +97,7 @@ void validate_train(const TrainConfig& train, const Checker& check) {
   check.not_negative("train.gradient_clip.norm", train.gradient_clip.norm);
   check.positive("train.gradient_clip.scale", train.gradient_clip.scale);
   check.not_negative("train.gradient_clip.offset_limit", train.gradient_clip.offset_limit);
-  check.not_negative("train.pose_drift", train.pose_drift);
-  check.not_negative("train.pose_learning_rate", train.pose_learning_rate);
-  check.require(!train.refine_poses || train.pose_drift > 0 || train.pose_learning_rate > 0, "train.pose_drift",
-                train.pose_drift, "above 0 where train.refine_poses is on, or train.pose_learning_rate above 0");
+  check.positive("train.pose_learning_rate", train.pose_learning_rate);
   check.not_negative("train.validation_every", static_cast<double>(train.validation_every));
   check.not_negative("train.checkpoint_every", static_cast<double>(train.checkpoint_every));
   check.not_negative("train.log_every", static_cast<double>(train.log_every));

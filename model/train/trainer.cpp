@@ -82,16 +82,6 @@ double Trainer::learning_rate_factor(double fraction) const {
   return warm_up * (last + (1 - last) * 0.5 * (1 + std::cos(std::numbers::pi * std::min(fraction, 1.0))));
 }
 
-double Trainer::pose_learning_rate(const BudgetClock& clock) const {
-  const TrainConfig& train = config_.train;
-  const double factor = learning_rate_factor(clock.fraction());
-  if (train.pose_learning_rate > 0) return factor * train.pose_learning_rate;
-  // A visit moves a frame by about the rate, however small the gradient: few visits must make large steps to mend a
-  // registration, and many such steps would be a random walk away from it.
-  const double visits = std::max(1.0, clock.planned_steps() / static_cast<double>(views_.training.size()));
-  return factor * train.pose_drift / std::sqrt(visits);
-}
-
 Splats Trainer::posed_splats(Tape& tape, const Avatar::Signal& signal, const CanonicalGaussians& gaussians,
                              int frame) const {
   const auto correction = corrections_.find(frame);
@@ -126,12 +116,13 @@ Trainer::Step Trainer::forward(Tape& tape, const LoadedStep& loaded) {
   return {loss_.evaluate(tape, views, maps, loaded.step), gaussians.opacities, gaussians.log_scales};
 }
 
-Trainer::Step Trainer::train_step(const LoadedStep& loaded, const BudgetClock& clock) {
+Trainer::Step Trainer::train_step(const LoadedStep& loaded, double fraction) {
   Tape tape(device_);
   const Step step = forward(tape, loaded);
   tape.backward(step.terms.total);
   device_.set_stage({"optimiser"});
-  optimiser_.step({learning_rate_factor(clock.fraction()) * config_.train.learning_rate, pose_learning_rate(clock)});
+  const double factor = learning_rate_factor(fraction);
+  optimiser_.step({factor * config_.train.learning_rate, factor * config_.train.pose_learning_rate});
   device_.set_stage({});
   return step;
 }
@@ -222,7 +213,7 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       end = TrainingEnd::OutOfTime;
     if (end != TrainingEnd::Finished) break;
 
-    const Step step = train_step(loader.next(), clock);
+    const Step step = train_step(loader.next(), clock.fraction());
     ++step_;
     clock.count_step();
     const bool last = step_ == budget.iterations;

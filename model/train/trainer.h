@@ -45,14 +45,12 @@ class Trainer {
     LossTerms terms;
     Tensor opacities, log_scales;  // of the canonical Gaussians
   };
-  Step train_step(const LoadedStep& loaded, const BudgetClock& clock);
+  Step train_step(const LoadedStep& loaded, double fraction);
   /// Up to the loss. What only the tape still needs is held by it alone, so that it goes back to the pool on the way.
   Step forward(Tape& tape, const LoadedStep& loaded);
   Splats posed_splats(Tape& tape, const Avatar::Signal& signal, const CanonicalGaussians& gaussians, int frame) const;
   std::vector<SplatImage> draw(Tape& tape, const Splats& splats, const std::vector<TrainingPicture>& pictures);
   double learning_rate_factor(double fraction) const;
-  /// Of the training frames' poses, of which train.pose_drift tells.
-  double pose_learning_rate(const BudgetClock& clock) const;
   double validation_psnr();
   /// Why the last skipped step was skipped (skip_text), by drawing it once more. Empty where none was skipped since the
   /// last call.

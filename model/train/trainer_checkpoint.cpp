@@ -39,10 +39,7 @@ void Trainer::resume() {
   saved.train.log_every = config_.train.log_every;
   saved.train.validation_every = config_.train.validation_every;
   saved.train.checkpoint_every = config_.train.checkpoint_every;
-  if (!config_.train.refine_poses) {  // then they say nothing
-    saved.train.pose_drift = config_.train.pose_drift;
-    saved.train.pose_learning_rate = config_.train.pose_learning_rate;
-  }
+  if (!config_.train.refine_poses) saved.train.pose_learning_rate = config_.train.pose_learning_rate;  // says nothing
   const Config before = saved;
   saved.train.learning_rate = config_.train.learning_rate;
   saved.train.spike_limit = config_.train.spike_limit;

@@ -26,16 +26,13 @@ class BudgetClock {
   double minutes() const;  ///< those of earlier calls included
   /// Of the budget: iterations or minutes, whichever is further.
   double fraction() const;
-  /// How many steps it will be in all. Under a budget in minutes at the pace so far, not counting the first step, in
-  /// which kernels are built; until there is a pace, budget.iterations.
-  double planned_steps() const;
 
  private:
   using Clock = std::chrono::steady_clock;
   TrainingBudget budget_;
-  int64_t first_step_, step_;
+  int64_t step_;
   double minutes_before_;
-  Clock::time_point start_ = Clock::now(), first_step_end_ = start_;
+  Clock::time_point start_ = Clock::now();
 };
 
 }  // namespace degas

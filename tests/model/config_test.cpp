@@ -41,8 +41,6 @@ TEST_CASE("faults of a file are one line that names file, key and remedy") {
   CHECK_THROWS_WITH(fault(R"({"net": {"widht": 1}})"),
                     "f.json: unknown key 'net.widht'; the nearest known key is 'net.width'");
   CHECK_THROWS_WITH(fault(R"({"nett": {}})"), Contains("nearest known key is 'net'"));
-  CHECK_THROWS_WITH(fault(R"({"train": {"refine_poses": true, "pose_drift": 0}})"),
-                    Catch::Contains("f.json: 'train.pose_drift' is 0; it must be above 0 where train.refine_poses"));
   CHECK_THROWS_WITH(fault(R"({"data": {"corruption": {"wrong_masks": 20}}})"),
                     "f.json: 'data.corruption.wrong_masks' is 20; it must be in [0, 1)");
   CHECK_THROWS_WITH(fault(R"({"net": 3})"), Contains("'net' must be a section"));
