@@ -20,7 +20,7 @@ constexpr uint64_t noise_stream = 5;  // of Random::of_step; prepared_step.cpp a
 constexpr int validation_views = 4;
 constexpr std::array<double, 3> white = {1, 1, 1};
 
-OptimiserOptions adam_options(const TrainConfig& train) {
+OptimiserOptions optimiser_options(const TrainConfig& train) {
   OptimiserOptions options;
   options.beta1 = train.beta1;
   options.beta2 = train.beta2;
@@ -54,7 +54,7 @@ Trainer::Trainer(Device& device, const Config& config, const Capture& capture, c
       validation_codes_(codes_),
       preparer_(config_, capture, avatar_, views_, codes_),
       loss_(device, config, avatar_.base().log_scales),
-      optimiser_(device, adam_options(config.train)) {
+      optimiser_(device, optimiser_options(config.train)) {
   for (const ParameterStore::Parameter& parameter : avatar_.network().parameters().parameters()) {
     Tensor(parameter.value).set_requires_gradient();
     optimiser_.add(parameter.name, parameter.value, network_group);
