@@ -226,8 +226,10 @@ class Machine {
   void push_global(const std::string& module, const std::string& name) {
     const bool storage = (module == "torch" || module == "torch.cuda") && name.ends_with("Storage");
     if (!storage && !(module == "torch._utils" && name == "_rebuild_tensor_v2") &&
-        !(module == "collections" && name == "OrderedDict")) {
-      fail(fmt::format("it asks for '{}.{}'; only tensors and dictionaries of them are read", module, name));
+        !(module == "torch._utils" && name == "_rebuild_parameter") &&
+        !(module == "collections" && name == "OrderedDict") && !(module == "argparse" && name == "Namespace")) {
+      fail(fmt::format("it asks for '{}.{}'; only tensors and dictionaries of them are read: save those alone", module,
+                       name));
     }
     push(Kind::Global)->text = module + " " + name;
   }
@@ -258,12 +260,13 @@ class Machine {
         return true;
       }
       case 'R':
+      case 0x81:  // NEWOBJ
         reduce();
         return true;
       case 'b':
         pop();
         top(Kind::Dictionary);
-        return true;  // BUILD: a state dictionary's _metadata, not needed
+        return true;  // BUILD: a state dictionary's _metadata, or a command line's options; not needed
     }
     return false;
   }
@@ -273,8 +276,8 @@ class Machine {
     pop();
     const std::string callee = top(Kind::Global)->text;
     pop();
-    if (callee == "collections OrderedDict") {
-      if (!arguments.empty()) fail("an OrderedDict made of arguments");
+    if (callee == "collections OrderedDict" || callee == "argparse Namespace") {
+      if (!arguments.empty()) fail(fmt::format("a '{}' made of arguments", callee));
       push(Kind::Dictionary);
     } else if (callee == "torch._utils _rebuild_tensor_v2") {
       const bool fits = arguments.size() >= 4 && arguments[0]->kind == Kind::Storage &&
@@ -284,6 +287,10 @@ class Machine {
       PickleValue* tensor = push(Kind::Tensor);
       tensor->integer = arguments[1]->integer;
       tensor->items = {arguments[0], arguments[2], arguments[3]};
+    } else if (callee == "torch._utils _rebuild_parameter") {
+      const bool fits = arguments.size() == 3 && arguments[0]->kind == Kind::Tensor;
+      if (!fits) fail("a parameter is not described as torch does");
+      stack_.push_back(arguments[0]);
     } else {
       fail("a storage type is called");
     }

@@ -40,7 +40,8 @@ struct Pickle {
 };
 
 /// Interprets protocols 2 to 5 as far as torch.save uses them for plain data and tensors. No code is run: the only
-/// callables are torch._utils._rebuild_tensor_v2 and collections.OrderedDict, and storages are named, not made. Error
+/// callables are torch._utils._rebuild_tensor_v2, _rebuild_parameter and collections.OrderedDict, and storages are
+/// named, not made; an argparse.Namespace, which trainers save beside their networks, is an empty dictionary. Error
 /// beginning with `label` for every other global or opcode, for damaged data, and for more than `most_opcodes`: a byte
 /// may ask for a value of a hundred.
 Pickle read_pickle(std::span<const std::byte> bytes, const std::string& label, size_t most_opcodes);

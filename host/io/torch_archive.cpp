@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <fstream>
 #include <utility>
 
 #include "host/error.h"
@@ -132,6 +133,16 @@ class TensorCollector {
   int visited_ = 0;
 };
 
+/// What torch.save wrote before version 1.6, and pickle.dump ever.
+void require_no_bare_pickle(char first_byte, const std::string& label) {
+  constexpr char protocol = '\x80';
+  if (first_byte != protocol) return;
+  throw Error::format(
+      "{}: is a bare pickle, not a torch archive (of torch 1.6 and later); load it there and torch.save its tensors "
+      "again",
+      label);
+}
+
 TorchTensors read(const ZipReader& archive) {
   std::string prefix;
   bool found = false;
@@ -162,10 +173,14 @@ TorchTensors read(const ZipReader& archive) {
 }  // namespace
 
 TorchTensors read_torch_archive(const std::filesystem::path& path) {
+  char first = 0;
+  std::ifstream(path, std::ios::binary).read(&first, 1);
+  require_no_bare_pickle(first, path.string());
   return read(ZipReader(path));
 }
 
 TorchTensors read_torch_archive(std::vector<std::byte> bytes, const std::string& label) {
+  if (!bytes.empty()) require_no_bare_pickle(static_cast<char>(bytes.front()), label);
   return read(ZipReader(std::move(bytes), label));
 }
 

@@ -139,13 +139,28 @@ TEST_CASE("pickles that call are refused by name, and nothing runs") {
            {"\x8c\x02os\x8c\x06system\x93", "'os.system'"}}) {  // STACK_GLOBAL
     check_refused("evil.pt", torch_of("\x80\x02" + callee + argument + "R."), read_torch, name);
   }
-  // INST, OBJ, NEWOBJ, BUILD and extension codes, and a persistent value that is no storage.
+  // INST, OBJ, NEWOBJ and extension codes, a Namespace that is more than a name for options, BUILD of what is no
+  // dictionary, and a persistent value that is no storage.
   check_refused("evil.pt", torch_of("\x80\x02(" + argument + "ios\nsystem\n."), read_torch, "opcode 0x69");
   check_refused("evil.pt", torch_of("\x80\x02(ctorch\nFloatStorage\no."), read_torch, "opcode 0x6f");
   check_refused("evil.pt",
                 torch_of("\x80\x02"
                          "ctorch\nFloatStorage\n)\x81."),
-                read_torch, "opcode 0x81");
+                read_torch, "storage type is called");
+  check_refused("evil.pt",
+                torch_of("\x80\x02"
+                         "cos\nsystem\n" +
+                         argument + "\x81."),
+                read_torch, "'os.system'");
+  check_refused("evil.pt",
+                torch_of("\x80\x02"
+                         "cargparse\nNamespace\n" +
+                         argument + "\x81."),
+                read_torch, "made of arguments");
+  check_refused("evil.pt",
+                torch_of("\x80\x02"
+                         "cargparse\nNamespace\n}b."),
+                read_torch, "not read at byte");
   check_refused("evil.pt", torch_of("\x80\x02\x82\x01."), read_torch, "opcode 0x82");
   check_refused("evil.pt",
                 torch_of("\x80\x02"

@@ -43,10 +43,11 @@ TorchTensors make_encoder_weights(const EncoderSizes& sizes) {
   }
   weight(convolutions + std::to_string(sizes.channels.size()), {sizes.features, channels, 4, 4});
   for (int i = 0; i < sizes.depth; ++i) {
-    linear("enc.fc." + std::to_string(i), sizes.features, i + 1 == sizes.depth ? sizes.motions : sizes.features);
+    linear("mlp." + std::to_string(i), sizes.features, i + 1 == sizes.depth ? sizes.motions : sizes.features);
   }
-  weight("direction", {sizes.features, sizes.motions});
-  for (int i = 0; i < 3; ++i) linear("exp_fc." + std::to_string(i), i == 0 ? sizes.features : sizes.codes, sizes.codes);
+  weight("dir", {sizes.features, sizes.motions});
+  for (int i = 0; i < 3; ++i)
+    linear("mlp_exp." + std::to_string(i), i == 0 ? sizes.features : sizes.codes, sizes.codes);
   return tensors;
 }
 

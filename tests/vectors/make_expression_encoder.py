@@ -2,8 +2,9 @@
 
 Weights and images are drawn by the generator of make_avatar_net.py from names, so that none need storing: a narrow
 encoder of 32 x 32 images, with the gradient that reaches the images, and one of DPE's own sizes. With a file's name,
-the latter's weights are also written there as torch.save does: python3 make_expression_encoder.py [weights.pt]
+the latter's weights are also written there as DPE's trainer saves its own: python3 make_expression_encoder.py [weights.pt]
 """
+import argparse
 import sys
 
 import numpy as np
@@ -76,11 +77,11 @@ class Encoder:
             x = (y + skip) / 2**0.5
         x = self.equalised_conv(x, f"{prefix}{len(self.channels)}", self.features, 4)[:, :, 0, 0]
         for i in range(self.depth):
-            x = self.linear(x, f"enc.fc.{i}", self.motions if i + 1 == self.depth else self.features)
-        q, _ = torch.linalg.qr(self.weight("direction", self.features, self.motions))
+            x = self.linear(x, f"mlp.{i}", self.motions if i + 1 == self.depth else self.features)
+        q, _ = torch.linalg.qr(self.weight("dir", self.features, self.motions))
         x = x @ q.T
         for i in range(3):
-            x = self.linear(x, f"exp_fc.{i}", self.codes)
+            x = self.linear(x, f"mlp_exp.{i}", self.codes)
         return x
 
 
@@ -97,4 +98,8 @@ with torch.no_grad():
 stored["full_parameter_count"] = np.array([sum(p.numel() for p in full.parameters.values())])
 np.savez_compressed("expression_encoder.npz", **stored)
 if len(sys.argv) > 1:
-    torch.save({"gen": {name: value.float() for name, value in full.parameters.items()}}, sys.argv[1])
+    network = {name: value.float() for name, value in full.parameters.items()}
+    for name in network:
+        if "convs" in name and name.endswith(".bias"):
+            network[name] = network[name].reshape(1, -1, 1, 1)
+    torch.save({"gen": network, "args": argparse.Namespace(size=256)}, sys.argv[1])

@@ -50,9 +50,10 @@ TEST_CASE("archives of torch.save are read") {
   CHECK(bare.at("").floats() == std::vector<float>{1, 9, 13, 21, 2, 10, 14, 22, 3, 11, 15, 23});
 
   const TorchTensors state = read_torch_archive(read_file_bytes(vectors / "torch_state.pt"), "state");
-  REQUIRE(state.size() == 5);
+  REQUIRE(state.size() == 6);
   CHECK(state.at("model.weight").floats() == std::vector<float>{0, 1, 2, 3, 4, 5});
   CHECK(state.at("model.bias").floats() == std::vector<float>{-1, -1, -1});
+  CHECK(state.at("parameter").floats() == std::vector<float>{2, 3});
   CHECK(state.at("nested.half").floats() == std::vector<float>{0.5f, -2});
   CHECK(state.at("nested.long").shape.empty());
   CHECK(state.at("nested.long").integers() == std::vector<int64_t>{7});
@@ -93,6 +94,11 @@ TEST_CASE("a pickle that wants more than tensors is refused by name") {
   CHECK_THROWS_WITH(read_pickle_text("\x80\x02R."), Contains("not read at byte"));
   CHECK_THROWS_WITH(read_torch_archive(vectors / "numpy.npz"), Contains("is no torch archive"));
   CHECK_THROWS_WITH(read_torch_archive(vectors / "missing.pt"), Contains("missing.pt: no such file"));
+  // As torch.save wrote before 1.6.
+  const std::string bare = "\x80\x02\x8a\nl\xfc\x9c";
+  const auto bytes = std::as_bytes(std::span<const char>(bare));
+  CHECK_THROWS_WITH(read_torch_archive(std::vector<std::byte>(bytes.begin(), bytes.end()), "old.pt"),
+                    Contains("old.pt: is a bare pickle") && Contains("torch.save its tensors again"));
 }
 
 TEST_CASE("tensors that do not fit their storage are refused before memory is taken") {

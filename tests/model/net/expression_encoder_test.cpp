@@ -100,16 +100,23 @@ TEST_CASE("weights come from torch archives at any depth, and what does not fit 
   write_npz(folder / "weights.npz", tensors);
   CHECK(load_expression_encoder(folder / "weights.npz").blocks.size() == 3);
   CHECK(load_expression_encoder(save("whole.pt", "gen.")).blocks.size() == 3);
-  CHECK_THROWS_WITH(
-      load_expression_encoder(save("keys.pt", ""), parse_encoder_keys("code=mlp.exp")),
-      Contains("keys.pt: no tensor 'mlp.exp.0.weight'") && Contains("--keys code=PATH") && Contains("exp_fc"));
-  CHECK(load_expression_encoder(folder / "keys.pt", parse_encoder_keys("code=fc,basis=direction")).code.size() == 3);
   CHECK_THROWS_WITH(parse_encoder_keys("head=x"), Contains("--keys head=x: 'head=x' is no PART=PATH"));
 
+  SECTION("other names") {
+    for (const std::string layer : {"0.weight", "0.bias", "1.weight", "1.bias", "2.weight", "2.bias"}) {
+      auto moved = tensors.extract("mlp_exp." + layer);
+      moved.key() = "exp_fc." + layer;
+      tensors.insert(std::move(moved));
+    }
+    CHECK_THROWS_WITH(load_expression_encoder(save("keys.pt", "")), Contains("keys.pt: no tensor 'mlp_exp.0.weight'") &&
+                                                                        Contains("--keys code=PATH") &&
+                                                                        Contains("exp_fc"));
+    CHECK(load_expression_encoder(folder / "keys.pt", parse_encoder_keys("code=exp_fc")).code.size() == 3);
+  }
   SECTION("two of a kind") {
-    tensors["pose.direction.weight"] = tensors["direction.weight"];
+    tensors["pose.dir.weight"] = tensors["dir.weight"];
     CHECK_THROWS_WITH(load_expression_encoder(save("two.pt", "")),
-                      Contains("basis may be any of direction.weight, pose.direction.weight"));
+                      Contains("basis may be any of dir.weight, pose.dir.weight"));
   }
   SECTION("a missing layer") {
     tensors.erase("enc.net_app.convs.2.skip.1.weight");
@@ -117,9 +124,9 @@ TEST_CASE("weights come from torch archives at any depth, and what does not fit 
                       Contains("missing.pt: no tensor 'enc.net_app.convs.2.skip.1.weight'"));
   }
   SECTION("a shape that does not follow") {
-    tensors["enc.fc.1.weight"] = NpyArray::from({20, 19}, std::vector<float>(380));
+    tensors["mlp.1.weight"] = NpyArray::from({20, 19}, std::vector<float>(380));
     CHECK_THROWS_WITH(load_expression_encoder(save("shape.pt", "")),
-                      Contains("'enc.fc.1.weight' has shape (20, 19), expected (any, 20)"));
+                      Contains("'mlp.1.weight' has shape (20, 19), expected (any, 20)"));
   }
   SECTION("a bias of another length") {
     tensors["enc.net_app.convs.0.1.bias"] = NpyArray::from({7}, std::vector<float>(7));
@@ -127,8 +134,8 @@ TEST_CASE("weights come from torch archives at any depth, and what does not fit 
                       Contains("'enc.net_app.convs.0.1.bias' has 7 numbers, expected 8"));
   }
   SECTION("numbers that are none") {
-    tensors["enc.fc.0.bias"] = NpyArray::from({20}, std::vector<float>(20, NAN));
+    tensors["mlp.0.bias"] = NpyArray::from({20}, std::vector<float>(20, NAN));
     CHECK_THROWS_WITH(load_expression_encoder(save("nan.pt", "")),
-                      Contains("'enc.fc.0.bias' holds numbers that are not finite"));
+                      Contains("'mlp.0.bias' holds numbers that are not finite"));
   }
 }

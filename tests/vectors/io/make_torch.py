@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Writes torch_*.pt with torch.save: what read_torch_archive must read, and what it must refuse."""
+import argparse
 import pathlib
 from collections import OrderedDict
 
@@ -20,6 +21,8 @@ torch.save(
         "epoch": 3,
         "rate": 1e-4,
         "names": ["a", ("b", None)],
+        "parameter": torch.nn.Parameter(torch.tensor([2.0, 3.0])),
+        "args": argparse.Namespace(size=256, lr=2e-3, resume_ckpt=None, distributed=False),
     },
     here / "torch_state.pt",
 )
