@@ -92,7 +92,7 @@ class CheckedReader {
   }
   /// Throws when fewer bytes are left: before anything of a hostile size is allocated.
   void require(uint64_t bytes) const {
-    if (bytes > left_) throw Error::format("{}: the checkpoint is cut short", path_.string());
+    if (bytes > left_) throw Error::format("{}: the checkpoint is cut short; use an older copy", path_.string());
   }
   void finish() {
     uint64_t stored = 0;
@@ -106,7 +106,7 @@ class CheckedReader {
  private:
   uint64_t take(void* target, uint64_t bytes) {
     if (!stream_.read(static_cast<char*>(target), static_cast<std::streamsize>(bytes))) {
-      throw Error::format("{}: cannot be read to its end", path_.string());
+      throw Error::format("{}: cannot be read to its end; use an older copy", path_.string());
     }
     left_ -= bytes;
     return bytes;
@@ -122,11 +122,12 @@ class CheckedReader {
 const std::vector<float>& Checkpoint::array(const std::string& name, size_t expected_size) const {
   const auto found = std::find_if(arrays.begin(), arrays.end(), [&](const auto& entry) { return entry.first == name; });
   if (found == arrays.end()) {
-    throw Error::format("{}: no array '{}': the checkpoint is of another configuration", file.string(), name);
+    throw Error::format("{}: no array '{}': the checkpoint is of another configuration; use the one it was made with",
+                        file.string(), name);
   }
   if (found->second.size() != expected_size) {
-    throw Error::format("{}: array '{}' has {} values, this configuration needs {}", file.string(), name,
-                        found->second.size(), expected_size);
+    throw Error::format("{}: array '{}' has {} values, this configuration needs {}; use the one it was made with",
+                        file.string(), name, found->second.size(), expected_size);
   }
   return found->second;
 }
@@ -153,10 +154,11 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   uint64_t length = 0;
   reader.read(found_magic, sizeof(found_magic));
   if (std::memcmp(found_magic, magic, sizeof(magic)) != 0)
-    throw Error::format("{}: not a degas checkpoint", path.string());
+    throw Error::format("{}: not a degas checkpoint; name the folder of a run of `degas train`", path.string());
   reader.read(&found_version, sizeof(found_version));
   if (found_version != version) {
-    throw Error::format("{}: checkpoint version {}, this program reads {}", path.string(), found_version, version);
+    throw Error::format("{}: checkpoint version {}, this program reads {}; use the degas that it was made with",
+                        path.string(), found_version, version);
   }
   reader.read(&length, sizeof(length));
   reader.require(length);
@@ -169,8 +171,11 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
     check_json(text, path.string());
     const nlohmann::json root = nlohmann::json::parse(text);
     checkpoint.header = root.at("header");
+    if (!checkpoint.header.is_object())
+      throw Error::format("{}: its header is no object; use an older copy", path.string());
     for (const auto& entry : root.at("arrays")) {
-      if (!entry.at(1).is_number_unsigned()) throw Error::format("{}: an array's length is no count", path.string());
+      if (!entry.at(1).is_number_unsigned())
+        throw Error::format("{}: an array's length is no count; use an older copy", path.string());
       const uint64_t count = entry.at(1).get<uint64_t>();
       reader.require(count);  // before the product below could overflow
       reader.require(count * sizeof(float));
@@ -178,7 +183,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
       reader.read(values.data(), count * sizeof(float));
     }
   } catch (const nlohmann::json::exception& error) {
-    throw Error::format("{}: the checkpoint's header is corrupt: {}", path.string(), error.what());
+    throw Error::format("{}: the checkpoint's header is corrupt: {}; use an older copy", path.string(), error.what());
   }
   reader.finish();
   return checkpoint;

@@ -14,6 +14,23 @@
 namespace degas {
 namespace {
 
+/// Throws Error when the table that lies in the output folder is another study's or has rows that this one lacks.
+void require_nothing_lost(const StudySetup& setup, const std::string& study, const std::vector<Variant>& variants) {
+  const nlohmann::json before = read_json_if_any(setup.output / "ablation.json");
+  if (before.is_null()) return;
+  if (before.at("study") != study) {
+    throw Error::format("--out {}: holds the study {}, whose table would be lost; name another folder",
+                        setup.output.string(), before.at("study").dump());
+  }
+  for (const nlohmann::json& row : before.at("variants")) {
+    const std::string name = row.at("name");
+    if (std::none_of(variants.begin(), variants.end(), [&](const Variant& variant) { return variant.name == name; }))
+      throw Error::format(
+          "--out {}: its table has '{}', which would be lost; leave --only away, or name another folder",
+          setup.output.string(), name);
+  }
+}
+
 struct AblateOptions {
   StudyChoice choice;
   std::string study;
@@ -27,18 +44,7 @@ void ablate(const AblateOptions& options) {
   const auto capture = open_capture(setup.data, setup.capture);
   std::vector<Variant> variants = study_variants(options.study, base, *capture);
   if (!options.only.empty()) variants = named_variants(variants, options.only);
-  const nlohmann::json before = read_json_if_any(setup.output / "ablation.json");
-  if (before.is_object() && before.value("study", options.study) != options.study) {
-    throw Error::format("--out {}: holds the study '{}', whose table would be lost; name another folder",
-                        setup.output.string(), before.value("study", ""));
-  }
-  for (const nlohmann::json& row : before.is_object() ? before.value("variants", nlohmann::json()) : nlohmann::json()) {
-    const std::string name = row.value("name", "");
-    if (std::none_of(variants.begin(), variants.end(), [&](const Variant& variant) { return variant.name == name; }))
-      throw Error::format(
-          "--out {}: its table has '{}', which would be lost; leave --only away, or name another folder",
-          setup.output.string(), name);
-  }
+  reading_own_json(setup.output, [&] { require_nothing_lost(setup, options.study, variants); });
   std::string table;
   const auto write = [&](const StudyResult& result) {
     const nlohmann::json ablation = ablation_json(options.study, setup, variants, result);

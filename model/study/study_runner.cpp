@@ -6,6 +6,7 @@
 #include "host/error.h"
 #include "model/body/body_model.h"
 #include "model/data/selection.h"
+#include "model/study/json_file.h"
 #include "model/study/variant_run.h"
 #include "model/train/run_lock.h"
 #include "model/train/training_views.h"
@@ -67,11 +68,12 @@ StudyResult run_study(const StudySetup& setup, const std::vector<Variant>& varia
   double done = 0;
   for (size_t i = 0; i < variants.size(); ++i) {
     for (int seed = 1; seed <= setup.seeds; ++seed) {
-      record_of(i, seed) = VariantRun(setup, variants[i], seed).finished_record();
+      record_of(i, seed) = reading_own_json(variant_folder(setup, variants[i], seed),
+                                            [&] { return VariantRun(setup, variants[i], seed).finished_record(); });
       done += !record_of(i, seed).is_null();
     }
   }
-  if (done > 0) changed(result);
+  if (done > 0) reading_own_json(setup.output, [&] { changed(result); });
   // Seed by seed, so that a study that is stopped early has compared every variant at least once.
   for (int seed = 1; seed <= setup.seeds; ++seed) {
     for (size_t i = 0; i < variants.size(); ++i) {
@@ -81,7 +83,8 @@ StudyResult run_study(const StudySetup& setup, const std::vector<Variant>& varia
         progress((done + fraction) / total, fmt::format("[{:.0f}/{:.0f}] {}: {}", done + 1, total, title, text));
       };
       try {
-        record_of(i, seed) = VariantRun(setup, variants[i], seed).finish(show);
+        record_of(i, seed) = reading_own_json(variant_folder(setup, variants[i], seed),
+                                              [&] { return VariantRun(setup, variants[i], seed).finish(show); });
       } catch (const Error& error) {
         if (!setup.stop_requested()) result.failures.push_back(fmt::format("{}: {}", title, error.what()));
       } catch (const std::bad_alloc&) {

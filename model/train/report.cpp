@@ -8,6 +8,7 @@
 
 #include "host/error.h"
 #include "host/io/input_limits.h"
+#include "host/io/json_node.h"
 #include "model/train/html.h"
 #include "model/train/svg_chart.h"
 
@@ -22,13 +23,10 @@ std::string read_file(const fs::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-nlohmann::json parse(const std::string& text, const fs::path& path) {
-  check_json(text, path.string());
-  try {
-    return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::exception& error) {
-    throw Error::format("{}: not JSON: {}", path.string(), error.what());
-  }
+nlohmann::json parse_metrics(const fs::path& path) {
+  const nlohmann::json metrics = read_json(path);
+  if (!metrics.is_object()) throw Error::format("{}: holds no metrics; evaluate anew with `degas eval`", path.string());
+  return metrics;
 }
 
 /// A curve for every numeric key of history.jsonl, over steps.
@@ -37,9 +35,10 @@ std::map<std::string, ChartSeries> read_history(const fs::path& path) {
   std::ifstream stream(path);
   if (!stream) throw Error::format("{}: cannot be read; has this run been trained?", path.string());
   for (std::string line; std::getline(stream, line);) {
-    if (line.empty()) continue;
-    const nlohmann::json row = parse(line, path);
-    if (!row.contains("step")) continue;
+    check_json(line, path.string());
+    const nlohmann::json row = nlohmann::json::parse(line, nullptr, false);
+    // A line cut by a kill does not parse; the run's next start drops it with all that follows.
+    if (!row.is_object() || !row.contains("step") || !row["step"].is_number()) break;
     for (const auto& [key, value] : row.items()) {
       if (value.is_number() && key != "step")
         curves[key].points.push_back({row["step"].get<double>(), value.get<double>()});
@@ -118,7 +117,7 @@ void write_report(const fs::path& output, const ReportInputs& inputs) {
   std::vector<std::pair<std::string, nlohmann::json>> columns;
   for (const fs::path& folder : inputs.evaluations) {
     const fs::path file = folder / "metrics.json";
-    columns.emplace_back(folder.filename().string(), parse(read_file(file), file));
+    columns.emplace_back(folder.filename().string(), parse_metrics(file));
   }
   if (!columns.empty()) html += "<h2>Metrics</h2>" + metrics_table(columns);
 

@@ -69,7 +69,7 @@ Checkpoint RunFolder::read_newest(bool* is_damaged) const {
     }
     *is_damaged = true;
     fmt::print(stderr, "warning: {}; going back to the one before, {}, step {}\n", damage.what(),
-               previous_checkpoint_file().filename().string(), previous.header.value("step", int64_t{0}));
+               previous_checkpoint_file().filename().string(), previous.header.value("step", nlohmann::json()).dump());
     return previous;
   }
 }

@@ -11,26 +11,18 @@ namespace degas {
 TrainedAvatar::TrainedAvatar(Device& device, const RunFolder& run) {
   run.require_trained();
   const Checkpoint checkpoint = run.newest_checkpoint();
-  const std::string file = checkpoint.file.string();
-  std::vector<double> betas;
-  std::vector<int> refined_frames;
-  try {
-    config_ = parse_config(checkpoint.header.at("config").dump(), file);
-    picture_identity_ = checkpoint.header.at("pictures");
-    steps_ = checkpoint.header.at("step");
-    face_code_size_ = checkpoint.header.at("face_code_size");
-    betas = checkpoint.header.at("betas").get<std::vector<double>>();
-    refined_frames = checkpoint.header.at("refined_frames").get<std::vector<int>>();
-  } catch (const nlohmann::json::exception& error) {
-    throw Error::format("{}: the header of this checkpoint is broken: {}", file, error.what());
-  }
-  avatar_ =
-      std::make_unique<Avatar>(device, config_, BodyModel::load(run.body_file()), std::move(betas), face_code_size_);
+  RunState state = read_state(checkpoint);
+  config_ = std::move(state.config);
+  picture_identity_ = std::move(state.pictures);
+  steps_ = state.step;
+  face_code_size_ = state.face_code_size;
+  avatar_ = std::make_unique<Avatar>(device, config_, BodyModel::load(run.body_file()), std::move(state.betas),
+                                     face_code_size_);
   for (const ParameterStore::Parameter& parameter : avatar_->network().parameters().parameters()) {
     restore_tensor(parameter.value, parameter.name, checkpoint);
   }
   const Tensor refined = refined_angles(device, avatar_->body().joint_count());
-  for (int frame : refined_frames) {
+  for (const int frame : state.refined_frames) {
     PoseCorrection correction(device, refined);
     restore_tensor(correction.axis_angles, PoseCorrection::name(frame, "axis_angles"), checkpoint);
     restore_tensor(correction.translation, PoseCorrection::name(frame, "translation"), checkpoint);

@@ -202,6 +202,7 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
         return std::any(preparer_.prepare(step, request, samples));
       },
       step_, budget.iterations);
+  const int64_t first_step = step_;
   double last_report = 0;
   int64_t last_reported_step = step_;
   bool save_due = false;
@@ -213,7 +214,16 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
       end = TrainingEnd::OutOfTime;
     if (end != TrainingEnd::Finished) break;
 
-    const Step step = train_step(loader.next(), clock.fraction());
+    const auto next = [&] {
+      try {
+        return loader.next();
+      } catch (const Error&) {
+        // It would not be read at the next try either; the steps until here shall not be lost by it.
+        if (step_ > first_step) save_unless_broken();
+        throw;
+      }
+    };
+    const Step step = train_step(next(), clock.fraction());
     ++step_;
     clock.count_step();
     const bool last = step_ == budget.iterations;
@@ -245,7 +255,7 @@ TrainingEnd Trainer::run(const TrainingBudget& budget, const std::function<void(
     }
   }
   if (budget.minutes) minutes_spent_ = clock.minutes();
-  if (optimiser_.counters().skipped_in_a_row == 0 || !run_.has_checkpoint() || non_finite_parameter().empty()) save();
+  save_unless_broken();
   return end;
 }
 

@@ -61,6 +61,8 @@ class Trainer {
   void require_progress(const Optimiser::Counters& counters);
   TrainingReport make_report(const Step& step, const Optimiser::Counters& counters, double fraction);
   void save() const;
+  /// Parameters that went wrong do not take the place of a good checkpoint.
+  void save_unless_broken() const;
 
   Device& device_;
   Config config_;

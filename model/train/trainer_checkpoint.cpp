@@ -11,27 +11,22 @@ void Trainer::save() const {
   std::vector<int> refined_frames;
   for (const auto& [frame, correction] : corrections_) refined_frames.push_back(frame);
   Checkpoint checkpoint;
-  checkpoint.header = {{"step", step_},
-                       {"config", nlohmann::json::parse(config_text(config_))},
-                       {"capture", capture_.identity()},
-                       {"pictures", capture_.picture_identity()},
-                       {"betas", avatar_.betas()},
-                       {"face_code_size", codes_.size()},
-                       {"refined_frames", refined_frames}};
-  // Only where the clock was the budget: otherwise the bytes shall depend on the steps alone.
-  if (minutes_spent_ > 0) checkpoint.header["minutes_spent"] = minutes_spent_;
+  store_state({step_, config_, capture_.identity(), capture_.picture_identity(), avatar_.betas(), codes_.size(),
+               refined_frames, minutes_spent_},
+              checkpoint);
   store_optimiser(optimiser_, checkpoint);
   run_.save(checkpoint);
+}
+
+void Trainer::save_unless_broken() const {
+  if (optimiser_.counters().skipped_in_a_row == 0 || !run_.has_checkpoint() || non_finite_parameter().empty()) save();
 }
 
 void Trainer::resume() {
   const Checkpoint checkpoint = run_.checkpoint_to_resume();
   const std::string file = checkpoint.file.string();
-  for (const char* key : {"config", "capture", "step"}) {
-    if (!checkpoint.header.contains(key))
-      throw Error::format("{}: its header has no '{}'; use an older copy", file, key);
-  }
-  Config saved = parse_config(checkpoint.header.at("config").dump(), file);
+  const RunState state = read_state(checkpoint);
+  Config saved = state.config;
   // How long to train, how often to tell and what helps a run that went astray may change from call to call; everything
   // else makes another run of it.
   saved.description = config_.description;
@@ -49,19 +44,15 @@ void Trainer::resume() {
     throw Error::format("{}: was trained with another configuration: {}; resume with the same, or name another --out",
                         file, fmt::join(differences, ", "));
   }
-  if (checkpoint.header.at("capture") != capture_.identity()) {
+  if (state.capture != capture_.identity()) {
     throw Error::format("{}: was trained on another capture, or its files changed; give that --data, or another --out",
                         file);
   }
   for (const std::string& change : changes) print_warning("going on with another " + change);
   restore_optimiser(optimiser_, checkpoint);
   told_skip_ = -1;
-  try {
-    step_ = checkpoint.header.at("step");
-    minutes_spent_ = checkpoint.header.value("minutes_spent", 0.0);
-  } catch (const nlohmann::json::exception& error) {
-    throw Error::format("{}: its header is broken: {}; use an older copy", file, error.what());
-  }
+  step_ = state.step;
+  minutes_spent_ = state.minutes_spent;
   run_.remove_leftovers();
   run_.truncate_history(step_);
   run_.write_config(config_);

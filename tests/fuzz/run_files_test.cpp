@@ -10,7 +10,9 @@
 #include "model/faces/code_folder.h"
 #include "model/study/grid.h"
 #include "model/train/evaluation_folder.h"
+#include "model/train/report.h"
 #include "model/train/run_folder.h"
+#include "model/train/training_state.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
@@ -74,6 +76,31 @@ TEST_CASE("damaged checkpoints") {
   fuzz({"checkpoint.bin", {whole(seed)}, {}, read, 3000});
   const Parts parts = {{"text", Bytes(text, numbers)}, {"numbers", Bytes(numbers, seed.end() - 8)}};
   fuzz({"sealed.bin", {parts}, write_sealed_checkpoint, read, 5000});
+}
+
+TEST_CASE("damaged states of a run within checkpoints that hold") {
+  Checkpoint checkpoint;
+  store_state({12, Config(), "capture", "pictures", {0.5, -1}, 512, {0, 3}, 1.5}, checkpoint);
+  const std::string text = nlohmann::json{{"header", checkpoint.header}, {"arrays", nlohmann::json::array()}}.dump();
+  fuzz({"state.bin",
+        {{{"text", bytes_of(text)}, {"numbers", {}}}},
+        write_sealed_checkpoint,
+        [](const fs::path& path) { read_state(read_checkpoint(path)); },
+        5000});
+}
+
+TEST_CASE("damaged histories and metrics of a report") {
+  const Parts parts = {
+      {"run/history.jsonl", bytes_of("{\"step\": 1, \"loss\": 0.5}\n{\"step\": 2, \"loss\": 0.25, \"psnr\": 30}\n")},
+      {"run/config.json", bytes_of(config_text(Config()))},
+      {"view/metrics.json", bytes_of(R"({"psnr": 30.5, "frames": 12, "cameras": ["cam02"], "fps": 20.1})")}};
+  fuzz({"report",
+        {parts},
+        write_folder,
+        [](const fs::path& path) {
+          write_report(path / "report.html", {path / "run", {path / "view"}});
+        },
+        3000});
 }
 
 TEST_CASE("damaged configurations") {

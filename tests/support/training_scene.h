@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 
 #include "model/config.h"
 #include "model/data/wrapped_capture.h"
@@ -50,6 +51,7 @@ class ChangedCapture : public WrappedCapture {
     return !(lacks_image && lacks_image(frame, camera)) && source().has_image(frame, camera);
   }
   Sample load(int frame, int camera) const override {
+    if (!has_image(frame, camera)) throw std::logic_error("a picture was asked for that is not there");
     Sample sample = source().load(frame, camera);
     sample.view = this->camera(camera);
     if (change_sample) change_sample(sample);

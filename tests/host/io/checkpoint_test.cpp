@@ -1,5 +1,8 @@
 #include "host/io/checkpoint.h"
 
+#include <sys/resource.h>
+
+#include <csignal>
 #include <fstream>
 
 #include "host/error.h"
@@ -8,6 +11,7 @@
 
 using namespace degas;
 using degas::test::file_text;
+using degas::test::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
@@ -59,6 +63,24 @@ TEST_CASE("a damaged checkpoint is refused, whatever byte is wrong or missing") 
 }
 
 TEST_CASE("a checkpoint that cannot be written leaves the old one") {
-  const fs::path folder = fs::temp_directory_path() / "degas_checkpoint_test" / "no" / "such" / "folder";
-  CHECK_THROWS_WITH(write_checkpoint(folder / "x.bin", example()), Catch::Contains("x.bin"));
+  const TemporaryFolder folder;
+  write_checkpoint(folder / "x.bin", example());
+  const std::string old = file_text(folder / "x.bin");
+  Checkpoint larger = example();
+  larger.arrays.emplace_back("more", std::vector<float>(100'000));
+  {
+    // No file may grow that far: as on a disk that is full.
+    const auto before = std::signal(SIGXFSZ, SIG_IGN);
+    rlimit limit;
+    getrlimit(RLIMIT_FSIZE, &limit);
+    const rlimit low{100'000, limit.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &low);
+    CHECK_THROWS_WITH(write_checkpoint(folder / "x.bin", larger), Catch::Contains("x.bin: cannot be written"));
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::signal(SIGXFSZ, before);
+  }
+  const bool untouched = file_text(folder / "x.bin") == old;
+  CHECK(untouched);
+  CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);  // nothing half written is left
+  CHECK_THROWS_WITH(write_checkpoint(folder / "no" / "folder" / "x.bin", example()), Catch::Contains("x.bin"));
 }

@@ -18,11 +18,11 @@ using namespace degas::test;
 namespace {
 
 /// checkpoint.bin of an uninterrupted run.
-std::string trained_bytes(const Config& config) {
+std::string trained_bytes(const Config& config, Device& device = wide()) {
   const TemporaryFolder folder;
   const RunFolder run = make_run(folder / "run", config);
   const auto capture = open_scene();
-  Trainer trainer(wide(), config, *capture, run);
+  Trainer trainer(device, config, *capture, run);
   CHECK(train(trainer, config) == TrainingEnd::Finished);
   return file_text(run.checkpoint_file());
 }
@@ -59,7 +59,10 @@ TEST_CASE("stopped and resumed training gives the bits of the uninterrupted one"
   SECTION("registered poses") {
     config.train.refine_poses = false;
   }
-  SECTION("refined poses") {}
+  KernelSet set = KernelSet::Wide;
+  SECTION("refined poses") {
+    set = GENERATE(from_range(kernel_sets()));
+  }
   SECTION("static maps") {
     config.net.kind = NetKind::Static;
   }
@@ -72,13 +75,14 @@ TEST_CASE("stopped and resumed training gives the bits of the uninterrupted one"
   config.train.schedule = LearningRateSchedule::Cosine;
   config.data.crop_to_person = true;
   config.net.noise_std = 1;
-  const std::string uninterrupted = trained_bytes(config);
+  Device& device = test::device(set);
+  const std::string uninterrupted = trained_bytes(config, device);
 
   const TemporaryFolder folder;
   const RunFolder run = make_run(folder / "run", config);
   for (int64_t stop_at : {1, 7, 13}) {
     const auto capture = open_scene();
-    Trainer trainer(wide(), config, *capture, run);
+    Trainer trainer(device, config, *capture, run);
     if (run.has_checkpoint()) trainer.resume();
     CHECK(train(trainer, config, stop_at) == TrainingEnd::Interrupted);
     CHECK(trainer.step() == stop_at);
@@ -86,7 +90,7 @@ TEST_CASE("stopped and resumed training gives the bits of the uninterrupted one"
   // What ran on after the checkpoint and was killed leaves lines in the history: they go, those before stay.
   run.append_history({{"step", 14}, {"loss", -1}});
   const auto capture = open_scene();
-  Trainer trainer(wide(), config, *capture, run);
+  Trainer trainer(device, config, *capture, run);
   trainer.resume();
   CHECK(trainer.step() == 13);
   CHECK(train(trainer, config) == TrainingEnd::Finished);
