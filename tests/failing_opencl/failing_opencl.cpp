@@ -5,11 +5,12 @@
 //              from the N-th call of that function on the device is gone: it refuses all of these
 //   memory:N   from the N-th buffer on none finds memory
 //   squeeze:N  the N-th buffer alone finds none
+//   late:N     from the N-th launch on none finds memory, as by drivers that give buffers theirs when they are used
 //   build      no program is built
 //   gpu        the devices call themselves GPUs
 //   small      their work-groups hold 64 items and their local memory 8 KiB; larger work-groups are refused
 //   registers  larger work-groups are refused, though the devices say that they hold them
-//   no_double  they lack cl_khr_fp64
+//   no_double  they lack cl_khr_fp64, and build no program that names the type
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 #include <dlfcn.h>
@@ -66,7 +67,7 @@ class Calls {
   std::atomic<long> count_{0};
 };
 
-std::atomic<long> buffers{0};
+std::atomic<long> buffers{0}, launches{0};
 
 constexpr size_t small_group = 64;
 constexpr cl_ulong small_local_bytes = 8 << 10;
@@ -81,6 +82,11 @@ cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint 
   static Calls calls("clEnqueueNDRangeKernel");
   if (calls.refused()) return CL_DEVICE_NOT_AVAILABLE;
   static const bool is_small = asked("small") || asked("registers");
+  static const long fails_from = asked("late");
+  if (fails_from > 0 && ++launches >= fails_from) {
+    note("late");
+    return CL_MEM_OBJECT_ALLOCATION_FAILURE;
+  }
   size_t items = 1;
   for (cl_uint axis = 0; local && axis < rank; ++axis) items *= local[axis];
   if (is_small && items > small_group) {
@@ -152,6 +158,19 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void*
   }
   static auto* const create = REAL(clCreateBuffer);
   return create(context, flags, size, host, status);
+}
+
+cl_program clCreateProgramWithSource(cl_context context, cl_uint count, const char** texts, const size_t* lengths,
+                                     cl_int* status) {
+  static auto* const create = REAL(clCreateProgramWithSource);
+  if (!asked("no_double")) return create(context, count, texts, lengths, status);
+  // Behind the compiler's own declarations, before all of ours.
+  std::string source = "#define double type_that_this_device_lacks\n#line 1\n";
+  for (cl_uint i = 0; i < count; ++i)
+    source += lengths && lengths[i] ? std::string(texts[i], lengths[i]) : std::string(texts[i]);
+  note("source without double");
+  const char* text = source.c_str();
+  return create(context, 1, &text, nullptr, status);
 }
 
 cl_int clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, const char* options,

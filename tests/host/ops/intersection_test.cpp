@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <set>
+#include <string>
 
 #include "host/error.h"
 #include "host/ops/radix_sort.h"
@@ -34,7 +35,7 @@ std::set<int> tiles_reached(const double* record, const Camera& camera, int colu
 TEST_CASE("every tile that a splat reaches is listed, few others, all front to back") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const Camera camera = test_camera(150, 83);
-  SplatScene scene = random_scene(GENERATE(300, 3000), 8);  // one chunk of the listing, and several
+  SplatScene scene = random_scene(GENERATE(300, 3000), 8);                // one chunk of the listing, and several
   scene.add({0, 0, 3}, {1, 0.1, 0.2, 0.9}, {1, -7, -7}, 0.9, {1, 1, 1});  // a needle across the image
   scene.add({0, 0, 5}, {1, 0.1, 0.2, 0.9}, {2, 1, 1}, 0.9, {1, 1, 1});    // more tiles than a box holds
   SplatWorkspace workspace;
@@ -88,6 +89,19 @@ TEST_CASE("more intersections than 2^31 - 1 are refused with a clear error") {
   CHECK_NOTHROW(require_countable(2147483647, views));
   CHECK_THROWS_AS(require_countable(total, views), Error);
   CHECK_THROWS_WITH(require_countable(total, views), Catch::Contains("640x480") && Catch::Contains("2500000000"));
+}
+
+TEST_CASE("splats that cover an image so often that their tiles cannot be counted end in that error", "[large]") {
+  // The GPU set's count is the scan above; the wide set adds the totals of its chunks up by itself.
+  Device& device = test::device(KernelSet::Wide);
+  const Camera camera = test_camera(4096, 3000);
+  SplatScene scene;
+  for (int i = 0; i < 45'000; ++i) scene.add({0, 0, 3}, {1, 0, 0, 0}, {6, 6, 6}, 0.9, {1, 1, 1});
+  SplatWorkspace workspace;
+  const SplatViews views = upload_views(device, {{camera}}, {});
+  const ProjectedSplats projected = project_splats(workspace, scene.upload(device), views, {});
+  CHECK_THROWS_WITH(intersect_tiles(workspace, projected, views),
+                    Catch::Contains("4096x3000") && Catch::Contains(std::to_string(int64_t{45'000} * views.tiles())));
 }
 
 TEST_CASE("the workspace grows with slack and never shrinks") {
