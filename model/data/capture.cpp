@@ -84,6 +84,13 @@ std::unique_ptr<Capture> open_uncached_capture(const fs::path& path, const Captu
         options.format.empty() ? format.recognises(path, options.incomplete) : options.format == format.name;
     if (is_chosen) return format.open(path, options);
   }
+  if (fs::exists(path / "cameras.json")) {
+    throw Error::format(
+        "{}: has cameras.json, but no capture.json: `degas inspect`, and `degas encode-faces` without --body, take a "
+        "recording as it is; training needs capture.json, a body fitted to it (smplx.npz) and masks beside the colours "
+        "of its videos (docs/captures.md)",
+        path.string());
+  }
   throw Error::format("{}: holds no known capture; they are told by their files: {}", path.string(), known_files());
 }
 

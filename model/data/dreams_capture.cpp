@@ -30,11 +30,12 @@ DreamsCapture::DreamsCapture(const fs::path& folder, const CaptureOptions& optio
     : folder_(folder), options_(options), lenses_(read_dreams_cameras(folder / "cameras.json")) {
   const auto is_read = [&](const fs::path& path) { return !options_.incomplete || fs::exists(path); };
   if (is_read(folder / "capture.json")) description_ = read_dreams_description(folder / "capture.json");
-  if (is_read(parameters_path())) parameters_ = read_smplx_parameters(parameters_path());
+  if (is_read(parameters_path())) parameters_ = read_smplx_parameters(parameters_path(), {}, options_.warn);
   for (size_t i = 0; i < lenses_.size(); ++i) names_.push_back(fmt::format("cam{:02d}", i));
   open_videos();
   if (!has_poses()) count_frames();
-  codes_ = open_codes(folder, options_.codes, parameters_.frame_numbers, static_cast<int>(lenses_.size()));
+  codes_ =
+      open_codes(folder, options_.codes, parameters_.frame_numbers, static_cast<int>(lenses_.size()), options_.warn);
   warn_of_offset();
   measure_background();
   make_identity();

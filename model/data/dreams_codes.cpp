@@ -94,6 +94,7 @@ void DreamsCodes::add_bundle(const fs::path& path, const std::vector<int64_t>& f
 
 void DreamsCodes::add(const std::string& source, const std::vector<int64_t>& frame_numbers, int cameras) {
   const auto view = view_of(fs::path(source).filename());
+  if (!view && fs::path(source).extension() == ".pt") misnamed_.push_back(fs::path(source).filename().string());
   if (!view || view->second >= cameras) return;
   const auto row = std::lower_bound(frame_numbers.begin(), frame_numbers.end(), view->first);
   if (row == frame_numbers.end() || *row != view->first) return;
@@ -140,8 +141,11 @@ std::vector<float> DreamsCodes::read(const std::string& source) const {
     code = parse_npy(bytes, label).floats();
   } else {
     const TorchTensors tensors = read_torch_archive(bytes, label);
-    const auto found = tensors.find("exp");
-    if (found == tensors.end()) throw Error::format("{}: has no tensor 'exp'", label);
+    const auto found = tensors.size() == 1 ? tensors.begin() : tensors.find("exp");
+    if (found == tensors.end()) {
+      throw Error::format("{}: has {} tensors and none is called 'exp'; save the code alone, or under that name", label,
+                          tensors.size());
+    }
     code = found->second.floats();
   }
   check_code(code, size_, label);
@@ -164,12 +168,20 @@ std::optional<std::vector<float>> DreamsCodes::code(int frame, int camera) const
 }
 
 std::unique_ptr<DreamsCodes> open_codes(const fs::path& capture, const fs::path& named,
-                                        const std::vector<int64_t>& frame_numbers, int cameras) {
+                                        const std::vector<int64_t>& frame_numbers, int cameras,
+                                        const std::function<void(const std::string&)>& warn) {
   auto codes = std::make_unique<DreamsCodes>(named.empty() ? capture : named, frame_numbers, cameras);
+  const std::vector<std::string>& misnamed = codes->misnamed();
+  const std::string hint =
+      misnamed.empty()
+          ? ""
+          : fmt::format("{} files have other names than dpe-FRAME-camCAMERA.pt (dpe-000012-cam03.pt), such as '{}'",
+                        misnamed.size(), misnamed.front());
   if (!named.empty() && codes->size() == 0) {
-    throw Error::format("{}: no face codes of this capture's frames and cameras; extract them by `degas encode-faces`",
-                        named.string());
+    throw Error::format("{}: no face codes of this capture's frames and cameras; {}", named.string(),
+                        hint.empty() ? "extract them by `degas encode-faces`" : hint);
   }
+  if (!hint.empty()) warn(fmt::format("face codes: {}; they are left out", hint));
   return codes;
 }
 

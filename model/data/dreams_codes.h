@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -25,7 +26,7 @@ std::vector<std::filesystem::path> code_places(const std::filesystem::path& fold
 
 /// Face codes in files, of a length that the first tells. A folder holds, and the first of these that exists is read:
 ///
-///   dpe/, the folder itself a file a view: a torch archive with the tensor 'exp' (.pt), or an array (.npy)
+///   dpe/, the folder itself a file a view: a torch archive of one tensor or with 'exp' (.pt), or an array (.npy)
 ///   dpe/*.zip, dpe.zip      the same, bundled
 ///   expression_codes.npz    a table: codes (T,C,N), or (T,N) for all cameras, and valid (T,C) or (T), not 0
 ///                           where there is one; without it, where codes are finite
@@ -45,6 +46,8 @@ class DreamsCodes {
   bool has_code(int frame, int camera) const;
   /// The files that codes come from: one archive, or many small ones.
   std::vector<std::filesystem::path> files() const;
+  /// Torch archives among them whose names tell no view.
+  const std::vector<std::string>& misnamed() const { return misnamed_; }
 
  private:
   using View = std::pair<int, int>;
@@ -60,12 +63,14 @@ class DreamsCodes {
   mutable std::mutex mutex_;
   mutable std::map<View, std::vector<float>> codes_;
   std::vector<std::filesystem::path> files_;
+  std::vector<std::string> misnamed_;
   int size_ = 0;
 };
 
-/// The codes at `named`, or, when that is empty, those in the capture's own folder. Error when `named` holds none of
-/// its frames and cameras.
+/// The codes at `named`, or, when that is empty, those in the capture's own folder. `warn` is told of archives whose
+/// names tell no view. Error when `named` holds none of its frames and cameras.
 std::unique_ptr<DreamsCodes> open_codes(const std::filesystem::path& capture, const std::filesystem::path& named,
-                                        const std::vector<int64_t>& frame_numbers, int cameras);
+                                        const std::vector<int64_t>& frame_numbers, int cameras,
+                                        const std::function<void(const std::string&)>& warn);
 
 }  // namespace degas

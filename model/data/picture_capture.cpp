@@ -31,13 +31,21 @@ PictureCapture::PictureCapture(PictureLayout layout, const CaptureOptions& optio
   read_parameters();
   warn_of_gaps();
   measure_background();
-  codes_ = open_codes(layout_.folder, options_.codes, parameters_.frame_numbers, static_cast<int>(names_.size()));
+  codes_ = open_codes(layout_.folder, options_.codes, parameters_.frame_numbers, static_cast<int>(names_.size()),
+                      options_.warn);
   make_identity();
 }
 
 void PictureCapture::read_parameters() {
-  if (!options_.incomplete || fs::exists(layout_.parameters)) {
-    parameters_ = read_smplx_parameters(layout_.parameters, layout_.conventions);
+  const bool is_there = fs::exists(layout_.parameters);
+  if (!is_there && !options_.incomplete) {
+    throw Error::format(
+        "{}: no such file; recordings come without body fits now and then: fit SMPL-X to it, or take the fit of a "
+        "project that did (docs/captures.md)",
+        layout_.parameters.string());
+  }
+  if (is_there) {
+    parameters_ = read_smplx_parameters(layout_.parameters, layout_.conventions, options_.warn);
     return;
   }
   std::set<int64_t> numbers;

@@ -81,6 +81,27 @@ void read_hand_coefficients(const NpzFile& file, int64_t count, std::vector<Pose
   }
 }
 
+/// A person's shape: (B), (1,B), or (rows,B) as trackers write it beside the poses. Of rows that differ, their mean.
+std::vector<double> read_betas(const NpzFile& file, int64_t rows, const std::function<void(const std::string&)>& warn) {
+  const Shape shape = file.read("betas").shape;
+  if (shape.size() != 2) return finite_rows(file, "betas", {-1});
+  if (shape[0] != 1 && shape[0] != rows) {
+    throw Error::format(
+        "{}: 'betas' has shape {}, expected (B), (1, B) or ({}, B): the person's shape, once or for each frame",
+        file.path().string(), to_string(shape), rows);
+  }
+  const std::vector<double> all = finite_rows(file, "betas", {shape[0], -1});
+  const auto width = static_cast<size_t>(shape[1]);
+  std::vector<double> first(all.begin(), all.begin() + shape[1]);
+  bool differ = false;
+  for (size_t i = width; i < all.size(); ++i) differ = differ || all[i] != all[i - width];
+  if (!differ) return first;
+  warn(fmt::format("{}: 'betas' differ from frame to frame; their mean is the person's shape", file.path().string()));
+  std::vector<double> mean(width, 0);
+  for (size_t i = 0; i < all.size(); ++i) mean[i % width] += all[i] / static_cast<double>(rows);
+  return mean;
+}
+
 bool read_flat_hand_mean(const NpzFile& file, const nlohmann::json& arguments, std::optional<bool> convention) {
   const auto found = arguments.find("flat_hand_mean");
   if (found != arguments.end() && found->is_boolean()) return found->get<bool>();
@@ -95,7 +116,8 @@ bool read_flat_hand_mean(const NpzFile& file, const nlohmann::json& arguments, s
 
 }  // namespace
 
-SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const SmplxConventions& conventions) {
+SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const SmplxConventions& conventions,
+                                      const std::function<void(const std::string&)>& warn) {
   const NpzFile file(path);
   const int64_t rows = file.read("global_orient", {-1, 3}).shape[0];
   if (rows == 0) throw Error::format("{}: 'global_orient' has no rows", path.string());
@@ -131,8 +153,7 @@ SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const S
     pose.expression.assign(begin, begin + static_cast<ptrdiff_t>(width));
   }
   parameters.frame_numbers = read_frame_numbers(file, rows);
-  const Shape betas_shape = file.read("betas").shape;
-  parameters.betas = finite_rows(file, "betas", betas_shape.size() == 2 ? Shape{1, -1} : Shape{-1});
+  parameters.betas = read_betas(file, rows, warn);
   parameters.flat_hand_mean = read_flat_hand_mean(file, arguments, conventions.flat_hand_mean);
   return parameters;
 }

@@ -3,9 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "model/data/capture.h"
 #include "model/drive/pose.h"
 
 namespace degas {
@@ -41,8 +44,10 @@ struct SmplxConventions {
   std::optional<bool> flat_hand_mean;  ///< of hands whose file does not tell; nothing: the file must
 };
 
-/// Hands of fewer than 45 columns are coefficients of principal components. Error naming file and key for missing
+/// Hands of fewer than 45 columns are coefficients of principal components. 'betas' are the person's shape, once or for
+/// each row; of rows that differ it is their mean, and `warn` is told. Error naming file and key for missing
 /// arrays, wrong shapes and, with the row, values that are not finite.
-SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const SmplxConventions& conventions = {});
+SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const SmplxConventions& conventions = {},
+                                      const std::function<void(const std::string&)>& warn = print_warning);
 
 }  // namespace degas

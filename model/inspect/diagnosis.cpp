@@ -33,21 +33,21 @@ Image8 flipped(const Image8& mask, bool left_right, bool top_bottom) {
 /// Means of two readings over the views that have both.
 struct Comparison {
   double before = 0, after = 0;
+  int views = 0;
   double gain() const { return after - before; }
 };
 
 Comparison compare(const std::vector<double>& before, const std::vector<double>& after,
                    const std::function<bool(size_t)>& counts) {
   Comparison means;
-  int views = 0;
   for (size_t i = 0; i < before.size(); ++i) {
     if (before[i] < 0 || after[i] < 0 || !counts(i)) continue;
     means.before += before[i];
     means.after += after[i];
-    ++views;
+    ++means.views;
   }
-  means.before /= std::max(views, 1);
-  means.after /= std::max(views, 1);
+  means.before /= std::max(means.views, 1);
+  means.after /= std::max(means.views, 1);
   return means;
 }
 
@@ -60,17 +60,22 @@ double needed_gain(const Misreading& misreading) {
 FitTrials::FitTrials(const Capture& capture, const BodyModel& body, std::vector<MaskView> views, int threads)
     : views_(std::move(views)), faces_(body.faces()), threads_(threads) {
   constexpr int most_frames_off = 2;
+  std::map<int64_t, int> rows;
+  // By the recording's numbers: rows may stand for every fourth frame alone, and a row further is then no frame off.
   for (const MaskView& view : views_) {
+    const int64_t number = numbers_[view.frame] = capture.frame_number(view.frame);
     for (int frame = view.frame - most_frames_off; frame <= view.frame + most_frames_off; ++frame) {
-      if (frame >= 0 && frame < capture.frame_count()) bodies_[frame];
+      if (frame < 0 || frame >= capture.frame_count()) continue;
+      const int64_t other = capture.frame_number(frame);
+      if (std::abs(other - number) <= most_frames_off) rows[other] = frame;
     }
   }
-  std::vector<int> frames;
-  for (const auto& [frame, nothing] : bodies_) frames.push_back(frame);
+  for (const auto& [number, row] : rows) bodies_[number];
+  const std::vector<std::pair<int64_t, int>> frames(rows.begin(), rows.end());
   for_each_parallel(static_cast<int>(frames.size()), threads_, [&](int i) {
-    const int frame = frames[static_cast<size_t>(i)];
-    const Pose pose = body.with_hands(capture.pose(frame), capture.flat_hand_mean());
-    bodies_.at(frame) = {body.posed_vertices(pose, capture.betas(), true), pose.translation};
+    const auto [number, row] = frames[static_cast<size_t>(i)];
+    const Pose pose = body.with_hands(capture.pose(row), capture.flat_hand_mean());
+    bodies_.at(number) = {body.posed_vertices(pose, capture.betas(), true), pose.translation};
   });
 }
 
@@ -84,7 +89,7 @@ std::vector<double> FitTrials::fit(const std::vector<const Misreading*>& undone)
   }
   std::map<int, BodySurface> surfaces;
   for (const MaskView& view : views_) {
-    const auto found = bodies_.find(view.frame + offset);
+    const auto found = bodies_.find(numbers_.at(view.frame) + offset);
     if (found == bodies_.end() || surfaces.count(view.frame) > 0) continue;
     PosedBody body = found->second;
     for (const Misreading* misreading : undone) {
@@ -150,7 +155,8 @@ void Diagnostician::try_on_all_cameras() {
       std::vector<double> fits = trials_.fit(with);
       const Comparison means = compare(now_, fits, everywhere);
       if (round == 0) {
-        diagnosis_.trials.push_back({misreading.name, misreading.words, diagnosis_.mask_iou + means.gain()});
+        if (means.views > 0)
+          diagnosis_.trials.push_back({misreading.name, misreading.words, diagnosis_.mask_iou + means.gain()});
         alone_[&misreading] = fits;
       }
       if (means.gain() < needed_gain(misreading) || means.gain() <= best_fit.gain()) continue;

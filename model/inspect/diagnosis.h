@@ -21,12 +21,12 @@ struct MaskView {
 /// answers are asked for at once; fit may then be called with any reading.
 class FitTrials {
  public:
-  /// Poses the body in every frame of the views and two beside them.
+  /// Poses the body in every frame of the views and in those one or two before and after it, where they are registered.
   FitTrials(const Capture& capture, const BodyModel& body, std::vector<MaskView> views, int threads);
 
   const std::vector<MaskView>& views() const { return views_; }
   /// Intersection over union of silhouette and mask in each view, all misreadings undone one after another; negative
-  /// where a frame offset leaves the capture.
+  /// where a frame offset leads to a frame that is not registered.
   std::vector<double> fit(const std::vector<const Misreading*>& undone) const;
 
  private:
@@ -36,7 +36,8 @@ class FitTrials {
   };
   std::vector<MaskView> views_;
   std::vector<std::array<int, 3>> faces_;
-  std::map<int, PosedBody> bodies_;  // by frame
+  std::map<int, int64_t> numbers_;       // of the views' frames, in the recording
+  std::map<int64_t, PosedBody> bodies_;  // by such numbers
   int threads_;
 };
 

@@ -113,7 +113,7 @@ TEST_CASE("without a body, a fit or masks inspect says what cannot be told") {
   Config config = tiny_config();
   TrainCommand train(folder, config);
   train.data = folder / "recording";
-  check_refused(train(), {"holds no known capture"});
+  check_refused(train(), {"has cameras.json, but no capture.json", "smplx.npz", "masks"});
 }
 
 TEST_CASE("names of cameras are text, not HTML") {

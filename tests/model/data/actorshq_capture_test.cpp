@@ -187,7 +187,8 @@ TEST_CASE("what is wrong with an ActorsHQ capture is said with file, line, colum
   }
   SECTION("no parameters") {
     fs::remove(small.scale.parent_path() / "smpl_params.npz");
-    CHECK_THROWS_WITH(small.open(), Contains("1x/smpl_params.npz: no such file"));
+    CHECK_THROWS_WITH(small.open(),
+                      Contains("1x/smpl_params.npz: no such file") && Contains("fit SMPL-X"));
   }
   SECTION("parameters that are not finite") {
     std::vector<float> values(small_frames * 63, 0.0f);

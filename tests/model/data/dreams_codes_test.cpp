@@ -38,6 +38,20 @@ TEST_CASE("codes are found by frame number and camera") {
   CHECK_FALSE(codes.code(2, 1).has_value());
 }
 
+TEST_CASE("archives whose names tell no view are told of, and a lone tensor is a code whatever its name") {
+  const TemporaryFolder folder;
+  write_code(folder / "dpe/dpe-000012-07.pt", {1, 2});
+  std::vector<std::string> warnings;
+  const auto warn = [&](const std::string& text) { warnings.push_back(text); };
+  CHECK(open_codes(folder.path(), {}, numbers, 2, warn)->size() == 0);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Contains("dpe-FRAME-camCAMERA.pt") && Contains("'dpe-000012-07.pt'"));
+  CHECK_THROWS_WITH(open_codes({}, folder / "dpe", numbers, 2, warn), Contains("no face codes") && Contains("-07.pt'"));
+  write_code(folder / "dpe/dpe-000012-cam01.pt", {3, 4}, "expression");
+  CHECK(open_codes(folder.path(), {}, numbers, 2, warn)->code(1, 1) == std::vector<float>{3, 4});
+  CHECK(warnings.size() == 2);
+}
+
 TEST_CASE("a capture without codes has none") {
   const TemporaryFolder folder;
   const DreamsCodes codes(folder.path(), numbers, 2);
@@ -90,12 +104,13 @@ TEST_CASE("codes that cannot be used are named") {
   write_code(folder / "dpe/dpe-000010-cam00.pt", {1, 2, 3});
   write_code(folder / "dpe/dpe-000010-cam01.pt", {1, 2});
   write_code(folder / "dpe/dpe-000012-cam00.pt", {1, std::numeric_limits<float>::quiet_NaN(), 3});
-  write_code(folder / "dpe/dpe-000012-cam01.pt", {1, 2, 3}, "other");
+  const NpyArray code = NpyArray::from({1, 3}, std::vector<float>{1, 2, 3});
+  write_file_atomically(folder / "dpe/dpe-000012-cam01.pt", make_torch_archive({{"pose", code}, {"shape", code}}));
   write_file_atomically(folder / "dpe/dpe-000015-cam00.pt", std::vector<std::byte>(30));
   const DreamsCodes codes(folder.path(), numbers, 2);
   CHECK_THROWS_WITH(codes.code(0, 1), Contains("dpe-000010-cam01.pt: the face code has 2 numbers where others have 3"));
   CHECK_THROWS_WITH(codes.code(1, 0), Contains("dpe-000012-cam00.pt: the face code is not finite"));
-  CHECK_THROWS_WITH(codes.code(1, 1), Contains("dpe-000012-cam01.pt: has no tensor 'exp'"));
+  CHECK_THROWS_WITH(codes.code(1, 1), Contains("dpe-000012-cam01.pt: has 2 tensors and none is called 'exp'"));
   CHECK_THROWS_WITH(codes.code(2, 0), Contains("dpe-000015-cam00.pt: no readable zip archive"));
 }
 

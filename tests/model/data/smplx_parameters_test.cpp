@@ -23,9 +23,12 @@ struct Parameters {
   TemporaryFolder folder;
   std::map<std::string, NpyArray> arrays = small_smpl_params();
 
+  mutable std::vector<std::string> warnings;
+
   SmplxParameters read() const {
     write_npz(folder / "params.npz", arrays);
-    return read_smplx_parameters(folder / "params.npz", {false, true});
+    return read_smplx_parameters(folder / "params.npz", {false, true},
+                                 [this](const std::string& text) { warnings.push_back(text); });
   }
 };
 
@@ -94,4 +97,39 @@ TEST_CASE("hands that are neither angles nor coefficients are refused with key a
   }
   arrays["left_hand_pose"] = NpyArray::from({small_frames * 12}, std::vector<float>(small_frames * 12));
   CHECK_THROWS_WITH(parameters.read(), Contains("'left_hand_pose' has shape (72)"));
+}
+
+TEST_CASE("the person's shape stands once, or beside each pose") {
+  Parameters parameters;
+  const auto betas = [&](const Shape& shape, const std::vector<float>& values) {
+    parameters.arrays["betas"] = NpyArray::from(shape, values);
+  };
+  std::vector<float> rows;
+  for (int64_t row = 0; row < small_frames; ++row) rows.insert(rows.end(), {0.5f, -1.0f});
+  SECTION("once") {
+    betas({2}, {0.5f, -1.0f});
+    CHECK(parameters.read().betas == std::vector<double>{0.5, -1});
+    betas({1, 2}, {0.5f, -1.0f});
+    CHECK(parameters.read().betas == std::vector<double>{0.5, -1});
+    CHECK(parameters.warnings.empty());
+  }
+  SECTION("beside each pose, alike") {
+    betas({small_frames, 2}, rows);
+    CHECK(parameters.read().betas == std::vector<double>{0.5, -1});
+    CHECK(parameters.warnings.empty());
+  }
+  SECTION("beside each pose, fitted anew for each") {
+    rows[0] += static_cast<float>(small_frames);
+    betas({small_frames, 2}, rows);
+    const std::vector<double> read = parameters.read().betas;
+    CHECK(read[0] == Approx(1.5));
+    CHECK(read[1] == Approx(-1));
+    REQUIRE(parameters.warnings.size() == 1);
+    CHECK_THAT(parameters.warnings[0], Contains("params.npz: 'betas' differ from frame to frame"));
+  }
+  SECTION("for other frames") {
+    betas({small_frames - 1, 2}, {rows.begin() + 2, rows.end()});
+    CHECK_THROWS_WITH(parameters.read(),
+                      Contains("params.npz: 'betas' has shape") && Contains("once or for each frame"));
+  }
 }

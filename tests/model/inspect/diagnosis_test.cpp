@@ -187,6 +187,23 @@ TEST_CASE("pictures that are a frame late or early are named") {
   CHECK(diagnosis.suspected[0] == (offset > 0 ? "frame_offset_+1" : "frame_offset_-1"));
 }
 
+TEST_CASE("rows that stand for every fourth frame are not called a frame off") {
+  class Sparse : public ChangedCapture {
+   public:
+    using ChangedCapture::ChangedCapture;
+    int64_t frame_number(int frame) const override { return 4 * frame; }
+  };
+  Sparse planted(open_it());
+  planted.change_pose = [source = std::shared_ptr<Capture>(open_it())](int frame, Pose& pose) {
+    pose = source->pose(std::clamp(frame - 1, 0, 4));
+  };
+  const Diagnosis diagnosis = diagnosis_of(planted);
+  CAPTURE(diagnosis.suspected);
+  CHECK(diagnosis.suspected.empty());
+  for (const auto& trial : diagnosis.trials) CHECK_THAT(trial.name, !Contains("frame_offset"));
+  CHECK(diagnosis.trials.size() > 5);
+}
+
 TEST_CASE("two mistakes at once are both found") {
   ChangedCapture planted(open_it());
   planted.change_camera = [](Camera& camera) { camera.translation *= 1000; };
