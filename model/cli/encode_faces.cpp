@@ -5,10 +5,12 @@
 #include "host/device/tuner.h"
 #include "host/error.h"
 #include "model/cli/commands.h"
+#include "model/cli/network_input.h"
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
 #include "model/data/selection.h"
 #include "model/faces/face_encoding.h"
+#include "model/faces/head_pose.h"
 #include "model/train/stop_signal.h"
 #include "model/train/training_views.h"
 
@@ -16,11 +18,11 @@ namespace degas {
 namespace {
 
 struct EncodeFacesOptions {
-  std::filesystem::path data, body, detector, weights, onnx, output, cache;
-  std::string format, keys, onnx_output, cameras, hold_out, frames;
+  std::filesystem::path data, body, detector, weights, onnx, head_pose, output, cache;
+  std::string format, keys, onnx_output, head_pose_input, cameras, hold_out, frames;
   int input = 256, views = 4;
   std::vector<double> mean = {0}, scale = {1 / 255.0};
-  double max_angle = 90;
+  double max_angle = 90;  ///< degrees
   CropOptions crop;
   bool overwrite = false;
   DeviceChoice device;
@@ -40,8 +42,15 @@ std::filesystem::path detector_file(const EncodeFacesOptions& options) {
   return options.detector.empty() ? FaceDetector::installed() : options.detector;
 }
 
+std::unique_ptr<HeadPoseNetwork> head_pose_network(const EncodeFacesOptions& options) {
+  if (options.head_pose.empty()) return nullptr;
+  const NetworkInput input = parse_network_input(options.head_pose_input, "--head-pose-input", {});
+  return std::make_unique<HeadPoseNetwork>(options.head_pose, input.picture, input.output);
+}
+
 /// All that codes depend on besides frame and camera.
-nlohmann::json settings_of(const EncodeFacesOptions& options, const Capture& capture, const FaceEncoder& encoder) {
+nlohmann::json settings_of(const EncodeFacesOptions& options, const Capture& capture, const FaceEncoder& encoder,
+                           const HeadPoseNetwork* head_pose) {
   nlohmann::json settings = encoder.description;
   settings["capture"] = capture.picture_identity();
   settings["margin"] = options.crop.margin;
@@ -50,22 +59,33 @@ nlohmann::json settings_of(const EncodeFacesOptions& options, const Capture& cap
     settings["detector"] = file_description(detector_file(options));
   } else {
     settings["body"] = file_description(options.body);
-    settings["max_angle"] = options.max_angle;
   }
+  if (head_pose) settings["head_pose"] = head_pose->description();
+  if (head_pose || !options.body.empty()) settings["max_angle"] = options.max_angle;
   return settings;
 }
 
 /// Boxes of all faces; nothing when stopped.
 std::optional<std::vector<FaceBox>> find_faces(const EncodeFacesOptions& options, const Capture& capture,
-                                               const std::vector<int>& cameras, Progress& progress) {
-  if (!options.body.empty()) {
-    return projected_faces(capture, BodyModel::load(options.body), cameras, options.max_angle * std::numbers::pi / 180);
+                                               const std::vector<int>& cameras, HeadPoseNetwork* head_pose) {
+  Progress progress;
+  const auto telling = [&](const char* what) {
+    return [&progress, what](int done, int total) {
+      progress.show(static_cast<double>(done) / total, fmt::format("{}: picture {} of {}", what, done, total));
+      return !StopSignal::requested();
+    };
+  };
+  const double max_angle = options.max_angle * std::numbers::pi / 180;
+  std::optional<std::vector<FaceBox>> faces;
+  if (options.body.empty()) {
+    FaceDetector detector(detector_file(options));
+    faces = detected_faces(capture, detector, cameras, telling("looking for faces"));
+  } else {
+    // Whoever asks the network for angles does not want them of the body.
+    faces = projected_faces(capture, BodyModel::load(options.body), cameras, head_pose ? std::numbers::pi : max_angle);
   }
-  FaceDetector detector(detector_file(options));
-  auto faces = detected_faces(capture, detector, cameras, [&](int done, int total) {
-    progress.show(static_cast<double>(done) / total, fmt::format("looking for faces: picture {} of {}", done, total));
-    return !StopSignal::requested();
-  });
+  if (faces && head_pose)
+    faces = ranked_by_head_pose(capture, *faces, *head_pose, options.crop.margin, max_angle, telling("head poses"));
   progress.finish();
   return faces;
 }
@@ -98,12 +118,12 @@ void encode(const EncodeFacesOptions& options) {
     const OnnxInput input = {options.input, by_channel(options.mean, "--mean"), by_channel(options.scale, "--scale")};
     encoder = make_onnx_encoder(options.onnx, input, options.onnx_output);
   }
+  const std::unique_ptr<HeadPoseNetwork> head_pose = head_pose_network(options);
   const CodeFolder folder(options.output.empty() ? options.data : options.output,
-                          settings_of(options, *capture, encoder), options.overwrite);
+                          settings_of(options, *capture, encoder, head_pose.get()), options.overwrite);
 
   const StopSignal stop;
-  Progress progress;
-  const auto boxes = find_faces(options, *capture, cameras, progress);
+  const auto boxes = find_faces(options, *capture, cameras, head_pose.get());
   if (!boxes) {
     fmt::print("interrupted while looking for faces: nothing is written\n");
     return;
@@ -152,8 +172,8 @@ void add_encode_faces_command(CLI::App& app) {
   CLI::Option* weights = command->add_option("--weights", options->weights, "DPE's checkpoint (.pt, .npz)");
   command
       ->add_option("--keys", options->keys,
-                   "Where the encoder's parts lie in it, e.g. code=mlp.exp,basis=direction (default:\n"
-                   "features=enc.net_app.convs,coefficients=enc.fc,basis=direction,code=exp_fc, at any depth)")
+                   "Where the encoder's parts lie in it, at any depth (default: as DPE has them,\n"
+                   "features=enc.net_app.convs,coefficients=mlp,basis=dir,code=mlp_exp)")
       ->needs(weights);
   CLI::Option* onnx =
       command->add_option("--onnx", options->onnx, "Another encoder: an ONNX network of (1,3,N,N) RGB pictures")
@@ -177,7 +197,18 @@ void add_encode_faces_command(CLI::App& app) {
   command->add_option("--views", options->views, "Codes a frame, of its most frontal views")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));
-  command->add_option("--max-angle", options->max_angle, "With --body: degrees off the front that a view may be")
+  CLI::Option* head_pose = command->add_option(
+      "--head-pose", options->head_pose,
+      "Which views are frontal, by this ONNX network of face pictures: yaw, pitch and roll in degrees, or a rotation\n"
+      "(default: by the body's head; without --body by the detector's score)");
+  command
+      ->add_option("--head-pose-input", options->head_pose_input,
+                   "Its side N, pixels (value - mean) * scale of 0..255, and output that counts (default:\n"
+                   "side=256,mean=0,scale=0.00392157, the largest output)")
+      ->needs(head_pose);
+  command
+      ->add_option("--max-angle", options->max_angle,
+                   "With --body or --head-pose: degrees off the front that a view may be")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 180.0));
   command->add_option("--margin", options->crop.margin, "Pixels that the face's box grows by on every side")

@@ -3,59 +3,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <memory>
-#include <sstream>
 
 #include "host/error.h"
-#include "host/io/onnx_model.h"
+#include "model/cli/network_input.h"
 #include "model/config_fields.h"
 #include "model/faces/face_encoder.h"
 #include "model/loss/lpips_weights.h"
 
 namespace degas {
 namespace {
-
-/// What an ONNX network of pictures takes, and which of its outputs counts.
-struct NetworkInput {
-  OnnxInput picture;
-  std::string output;
-};
-
-double number_of(const std::string& text, const std::string& option, const std::string& part) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    throw Error::format("{}: '{}' must be a number", option, part);
-  }
-  return value;
-}
-
-/// "side=299,mean=127.5,scale=0.0078,output=pool" over the defaults.
-NetworkInput parse_input(const std::string& text, const std::string& option, NetworkInput input) {
-  std::istringstream parts(text);
-  for (std::string part; std::getline(parts, part, ',');) {
-    const size_t sign = part.find('=');
-    const std::string key = part.substr(0, sign), value = sign == std::string::npos ? "" : part.substr(sign + 1);
-    if (key == "side") {
-      const double side = number_of(value, option, part);
-      if (!(side >= 1 && side <= 4096 && side == std::floor(side))) {
-        throw Error::format("{}: '{}' must be a whole number from 1 to 4096", option, part);
-      }
-      input.picture.side = static_cast<int>(side);
-    } else if (key == "mean") {
-      input.picture.mean.fill(number_of(value, option, part));
-    } else if (key == "scale") {
-      input.picture.scale.fill(number_of(value, option, part));
-    } else if (key == "output" && !value.empty()) {
-      input.output = value;
-    } else {
-      throw Error::format("{}: '{}' is no KEY=VALUE; keys are side, mean, scale and output", option, part);
-    }
-  }
-  return input;
-}
 
 LpipsNetwork lpips_network(const std::string& name) {
   const std::vector<std::string> names = choice_names<LpipsNetwork>();
@@ -75,14 +32,14 @@ MetricNetworks MetricChoice::networks(Device& device, const LossConfig& loss) co
   }
   if (!inception.empty()) {
     const OnnxInput usual{299, {127.5, 127.5, 127.5}, {1 / 127.5, 1 / 127.5, 1 / 127.5}};
-    const NetworkInput input = parse_input(inception_input, "--inception-input", {usual, ""});
+    const NetworkInput input = parse_network_input(inception_input, "--inception-input", {usual, ""});
     const auto model = std::make_shared<OnnxModel>(inception, input.picture, input.output);
     networks.inception = [model](std::span<const float> square, int side) { return (*model)(square, side); };
     networks.description["inception"] = file_description(inception);
   }
   if (!expression.empty()) {
     const bool is_onnx = expression.extension() == ".onnx";
-    const NetworkInput input = parse_input(expression_input, "--expression-input", {});
+    const NetworkInput input = parse_network_input(expression_input, "--expression-input", {});
     const FaceEncoder encoder = is_onnx ? make_onnx_encoder(expression, input.picture, input.output)
                                         : make_dpe_encoder(device, expression, parse_encoder_keys(keys));
     networks.expression = encoder.code;

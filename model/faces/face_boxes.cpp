@@ -1,6 +1,7 @@
 #include "model/faces/face_boxes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "model/train/boxes.h"
@@ -52,7 +53,33 @@ std::optional<std::vector<FaceBox>> detected_faces(const Capture& capture, FaceD
       }
     }
   }
-  return faces;
+  return without_strays(faces);
+}
+
+std::vector<FaceBox> without_strays(const std::vector<FaceBox>& faces) {
+  constexpr size_t neighbours = 5;  // on each side
+  constexpr double farthest = 1.5, largest_ratio = 2;
+  std::map<int, std::vector<FaceBox>> by_camera;
+  for (const FaceBox& face : faces) by_camera[face.camera].push_back(face);
+  std::vector<FaceBox> kept;
+  for (const auto& [camera, row] : by_camera) {
+    for (size_t i = 0; i < row.size(); ++i) {
+      const size_t begin = i - std::min(i, neighbours), end = std::min(i + neighbours + 1, row.size());
+      const auto middle = [&](const auto& value_of) {
+        std::vector<double> values;
+        for (size_t k = begin; k < end; ++k) values.push_back(value_of(row[k].box));
+        std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2), values.end());
+        return values[values.size() / 2];
+      };
+      const auto size = [](const Rectangle& box) { return static_cast<double>(std::max(box.width, box.height)); };
+      const auto x = [](const Rectangle& box) { return box.left + 0.5 * box.width; };
+      const auto y = [](const Rectangle& box) { return box.top + 0.5 * box.height; };
+      const double usual = middle(size), ratio = size(row[i].box) / usual;
+      const double away = std::hypot(x(row[i].box) - middle(x), y(row[i].box) - middle(y));
+      if (away <= farthest * usual && ratio < largest_ratio && ratio > 1 / largest_ratio) kept.push_back(row[i]);
+    }
+  }
+  return kept;
 }
 
 FaceCrops::FaceCrops(const std::vector<FaceBox>& faces, const CropOptions& options) {

@@ -23,8 +23,13 @@ struct FaceBox {
 std::vector<FaceBox> projected_faces(const Capture& capture, const BodyModel& body, const std::vector<int>& cameras,
                                      double max_angle);
 
-/// The surest face of each picture of these cameras, ranked by the detector's score. `go_on` is told of pictures done
-/// and in all; when it returns false, nothing is returned.
+/// Without the boxes that are no face of this camera's: more than one and a half times its size away from where the ten
+/// detections around it have theirs, or of half or double their size. A detector takes a shoe or a shadow for a face
+/// now and then, and a square around all boxes would reach there.
+std::vector<FaceBox> without_strays(const std::vector<FaceBox>& faces);
+
+/// The surest face of each picture of these cameras, ranked by the detector's score, without strays. `go_on` is told of
+/// pictures done and in all; when it returns false, nothing is returned.
 std::optional<std::vector<FaceBox>> detected_faces(const Capture& capture, FaceDetector& detector,
                                                    const std::vector<int>& cameras,
                                                    const std::function<bool(int done, int total)>& go_on);

@@ -85,6 +85,25 @@ TEST_CASE("codes of an ONNX network train, of the faces' landmarks too") {
   train_on(encode.out, folder);
 }
 
+TEST_CASE("a network of head poses chooses the views, whose angles must be angles") {
+  const TemporaryFolder folder;
+  EncodeCommand encode(folder);
+  const std::string vectors = std::string(DEGAS_TEST_VECTORS) + "/io/";
+  // Yaw and pitch are 90 degrees times the means of red and green: none of these faces is that bright.
+  encode.more.insert(encode.more.end(), {"--head-pose", vectors + "head_pose.onnx", "--head-pose-input", "side=16",
+                                         "--views", "2", "--frames", "0:2"});
+  const ProgramResult result = run_program(encode.arguments());
+  CAPTURE(result.output, result.errors);
+  REQUIRE(result.exit_code == 0);
+  CHECK(files_of(encode.out / "dpe").size() == 2 * 2 + 1);
+  CHECK_THAT(file_text(encode.out / "dpe/encoder.json"), Contains("head_pose.onnx"));
+  encode.out = folder / "none";
+  encode.more.insert(encode.more.end(), {"--max-angle", "0"});
+  check_refused(run_program(encode.arguments()), {"no face in any picture"});
+  encode.more[3] = vectors + "channel_means.onnx";
+  check_refused(run_program(encode.arguments()), {"channel_means.onnx: a head pose of 4 numbers", "output=NAME"});
+}
+
 TEST_CASE("interrupted, the same command goes on to the same files") {
   const TemporaryFolder folder, whole_folder;
   EncodeCommand encode(folder), whole(whole_folder);

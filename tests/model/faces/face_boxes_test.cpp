@@ -33,6 +33,26 @@ TEST_CASE("a square that tracks keeps its size and follows") {
   CHECK(same(crops.of_frame(3).at(0).box, {22, 5, 20, 20}));
 }
 
+TEST_CASE("what a detector takes for a face now and then is left out; a face that walks through the picture is not") {
+  std::vector<FaceBox> faces;
+  for (int frame = 0; frame < 40; ++frame) {
+    faces.push_back({frame, 0, {100 + 6 * frame, 50 + frame % 3, 20, 20}, -1});
+    faces.push_back({frame, 1, {30, 40, 24, 24}, -1});
+  }
+  std::vector<FaceBox> found = faces;
+  found[2 * 7].box = {120, 300, 20, 20};     // a shoe
+  found[2 * 20 + 1].box = {0, 0, 120, 120};  // the whole person
+  found[2 * 39 + 1].box = {40, 50, 9, 9};    // a badge
+  const std::vector<FaceBox> kept = without_strays(found);
+  CHECK(kept.size() == faces.size() - 3);
+  for (const FaceBox& face : kept) {
+    CHECK(face.box.width == (face.camera == 0 ? 20 : 24));
+    CHECK(face.box.top < 60);
+  }
+  CHECK(without_strays(faces).size() == faces.size());
+  CHECK(without_strays({}).empty());
+}
+
 TEST_CASE("a frame's most frontal face comes first, of equal ones the first camera's") {
   const FaceCrops crops({{0, 3, {0, 0, 2, 2}, 0.5}, {0, 1, {0, 0, 2, 2}, 0.5}, {0, 2, {0, 0, 2, 2}, 0.2}}, {});
   std::vector<int> cameras;
