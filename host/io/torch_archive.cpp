@@ -198,7 +198,7 @@ std::vector<std::byte> make_torch_archive(const TorchTensors& tensors, const std
   std::vector<ZipEntry> entries(1);
   for (const auto& [key, array] : tensors) {
     const auto* known = std::find_if(storage_types.begin(), storage_types.end(),
-                                     [&](const auto& t) { return t.second == array.dtype; });
+                                     [&dtype = array.dtype](const auto& t) { return t.second == dtype; });
     if (known == storage_types.end()) throw std::logic_error("[torch archive] no tensor holds " + array.dtype);
     const std::string storage = std::to_string(entries.size() - 1);
     text(key);

@@ -9,7 +9,8 @@ void launch(const char* name, const SplatViews& views, int64_t view, const Splat
             const Arguments&... arguments) {
   Device& device = views.on_device.device();
   const auto columns = static_cast<size_t>(views.columns(view)), rows = static_cast<size_t>(views.rows(view));
-  const auto& [camera, background] = views.views[view];
+  const Camera& camera = views.views[view].camera;
+  const auto& background = views.views[view].background;
   const auto queue = [&](const Kernel& kernel, const Range& global, const Range& local) {
     kernel.launch(global, local, arguments..., background[0], background[1], background[2], camera.width, camera.height,
                   views.first_tiles[view]);
