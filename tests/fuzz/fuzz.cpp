@@ -47,11 +47,6 @@ void write_bytes(const fs::path& path, const Bytes& bytes) {
   if (!stream) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
-void write_input(const FuzzTarget& target, const Parts& parts, const fs::path& path) {
-  if (target.write) return target.write(parts, path);
-  write_bytes(path, parts.begin()->second);
-}
-
 /// A seed with one of its parts damaged, now and then two.
 Parts damaged(const FuzzTarget& target, Mutator& mutator, std::string& log) {
   const Parts& donor = target.seeds[mutator.draw(target.seeds.size())];
@@ -102,7 +97,17 @@ std::string fault_of(const FuzzTarget& target, const fs::path& input, bool* was_
   return fault;
 }
 
+void write_input(const FuzzTarget& target, const Parts& parts, const fs::path& path) {
+  if (target.write) return target.write(parts, path);
+  write_bytes(path, parts.begin()->second);
+}
+
 void fuzz(const FuzzTarget& target) {
+  if (const char* corpus = std::getenv("DEGAS_FUZZ_CORPUS")) {
+    const char* wanted = std::getenv("DEGAS_FUZZ_TARGET");
+    if (wanted && target.input != wanted) return;
+    fuzz_by_coverage(target, corpus);
+  }
   std::optional<TemporaryFolder> own;
   const auto chosen = number_in("DEGAS_FUZZ_ROUND");
   const fs::path folder = chosen ? fs::temp_directory_path() / "degas-fuzz" : own.emplace().path();

@@ -34,7 +34,18 @@ std::string fault_of(const FuzzTarget& target, const std::filesystem::path& inpu
 
 /// Reads the seeds, which must succeed, then so many damaged inputs, and fails the test case for every fault with what
 /// repeats it. DEGAS_FUZZ_FACTOR multiplies the rounds; DEGAS_FUZZ_ROUND=N runs that round alone and keeps its input.
+/// DEGAS_FUZZ_CORPUS=FOLDER: hands the target to libFuzzer instead, see fuzz_by_coverage; DEGAS_FUZZ_TARGET=NAME: this
+/// one alone.
 void fuzz(const FuzzTarget& target);
+
+/// libFuzzer's search for inputs that reach new code, DEGAS_FUZZ_SECONDS (600) long, and ends the program. What it goes
+/// on from and finds lies in corpus/NAME, one file an input: the number of a seed, that of its part, the part's bytes.
+/// One that shows a fault is left there as fault-*, and its files in corpus/now. Throws std::logic_error where the
+/// program is built without libFuzzer.
+[[noreturn]] void fuzz_by_coverage(const FuzzTarget& target, const std::filesystem::path& corpus);
+
+/// The files that a target reads, made of parts.
+void write_input(const FuzzTarget& target, const Parts& parts, const std::filesystem::path& path);
 
 Bytes bytes_of(const std::string& text);
 /// A seed of one part: a file's bytes.
