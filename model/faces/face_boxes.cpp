@@ -62,7 +62,8 @@ std::vector<FaceBox> without_strays(const std::vector<FaceBox>& faces) {
   std::map<int, std::vector<FaceBox>> by_camera;
   for (const FaceBox& face : faces) by_camera[face.camera].push_back(face);
   std::vector<FaceBox> kept;
-  for (const auto& [camera, row] : by_camera) {
+  for (const auto& of_camera : by_camera) {
+    const std::vector<FaceBox>& row = of_camera.second;
     for (size_t i = 0; i < row.size(); ++i) {
       const size_t begin = i - std::min(i, neighbours), end = std::min(i + neighbours + 1, row.size());
       const auto middle = [&](const auto& value_of) {

@@ -12,8 +12,8 @@ mkdir -p "$corpus"
 
 targets=("$@")
 if [ ${#targets[@]} -eq 0 ]; then
-  # A round of each tells their names: "NAME: 300 rounds, ..".
-  mapfile -t targets < <("$program" | sed -n 's/^\(.*\): [0-9]* rounds, .*/\1/p')
+  # An ordinary run, of a minute or more, tells their names: "NAME: 300 rounds, ..".
+  mapfile -t targets < <("$program" 2>/dev/null | sed -n 's/^\(.*\): [0-9]* rounds, .*/\1/p')
 fi
 faults=0
 for target in "${targets[@]}"; do
