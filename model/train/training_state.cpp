@@ -64,7 +64,11 @@ RunState read_state(const Checkpoint& checkpoint) {
     state.pictures = header.at("pictures");
     state.betas = header.at("betas").get<std::vector<double>>();
     state.face_code_size = number<int>(header, "face_code_size", 0, most_code_values, file);
-    state.refined_frames = header.at("refined_frames").get<std::vector<int>>();
+    for (const nlohmann::json& frame : header.at("refined_frames")) {
+      if (!frame.is_number_integer())
+        throw Error::format("{}: 'refined_frames' has {}; use an older copy", file, frame.dump());
+      state.refined_frames.push_back(frame.get<int>());
+    }
     if (header.contains("minutes_spent")) state.minutes_spent = number<double>(header, "minutes_spent", 0, 1e9, file);
   } catch (const nlohmann::json::exception& error) {
     throw Error::format("{}: the header of this checkpoint is broken: {}; use an older copy", file, error.what());
