@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <type_traits>
@@ -26,18 +24,26 @@ const char* rule_name(UpdateRule rule) {
 }
 
 constexpr int64_t most_steps = int64_t{1} << 40;
-constexpr int most_frames = 1 << 28, most_code_values = 1 << 16;
+constexpr int most_frames = 1 << 28, most_code_values = 1 << 16, most_updates = std::numeric_limits<int>::max();
+constexpr double largest = std::numeric_limits<double>::max();
 
-/// A number that lies where such numbers can.
+/// A number that lies where such numbers can; 'key' says in the error which it is.
 template <typename T>
-T number(const nlohmann::json& header, const char* key, T lowest, T highest, const std::string& file) {
-  const nlohmann::json& value = header.at(key);
+T number(const nlohmann::json& value, const char* key, T lowest, T highest, const std::string& file) {
   const bool is_of_type = std::is_integral_v<T> ? value.is_number_integer() : value.is_number();
   if (!is_of_type || !(value.get<double>() >= static_cast<double>(lowest)) ||
       !(value.get<double>() <= static_cast<double>(highest)))
-    throw Error::format("{}: '{}' is {}, expected {} to {}; use an older copy", file, key, value.dump(), lowest,
+    throw Error::format("{}: '{}' has {}, expected {} to {}; use an older copy", file, key, value.dump(), lowest,
                         highest);
   return value.get<T>();
+}
+
+template <typename T>
+std::vector<T> numbers(const nlohmann::json& values, const char* key, T lowest, T highest, const std::string& file) {
+  if (!values.is_array()) throw Error::format("{}: '{}' is no list of numbers; use an older copy", file, key);
+  std::vector<T> result;
+  for (const nlohmann::json& value : values) result.push_back(number<T>(value, key, lowest, highest, file));
+  return result;
 }
 
 }  // namespace
@@ -58,27 +64,18 @@ RunState read_state(const Checkpoint& checkpoint) {
   const nlohmann::json& header = checkpoint.header;
   RunState state;
   try {
-    state.step = number<int64_t>(header, "step", 0, most_steps, file);
+    state.step = number<int64_t>(header.at("step"), "step", 0, most_steps, file);
     state.config = parse_config(header.at("config").dump(), file);
     state.capture = header.at("capture");
     state.pictures = header.at("pictures");
-    state.betas = header.at("betas").get<std::vector<double>>();
-    state.face_code_size = number<int>(header, "face_code_size", 0, most_code_values, file);
-    for (const nlohmann::json& frame : header.at("refined_frames")) {
-      if (!frame.is_number_integer())
-        throw Error::format("{}: 'refined_frames' has {}; use an older copy", file, frame.dump());
-      state.refined_frames.push_back(frame.get<int>());
-    }
-    if (header.contains("minutes_spent")) state.minutes_spent = number<double>(header, "minutes_spent", 0, 1e9, file);
+    state.betas = numbers<double>(header.at("betas"), "betas", -largest, largest, file);
+    state.face_code_size = number<int>(header.at("face_code_size"), "face_code_size", 0, most_code_values, file);
+    state.refined_frames = numbers<int>(header.at("refined_frames"), "refined_frames", 0, most_frames, file);
+    if (header.contains("minutes_spent"))
+      state.minutes_spent = number<double>(header.at("minutes_spent"), "minutes_spent", 0, 1e9, file);
   } catch (const nlohmann::json::exception& error) {
     throw Error::format("{}: the header of this checkpoint is broken: {}; use an older copy", file, error.what());
   }
-  for (const int frame : state.refined_frames) {
-    if (frame < 0 || frame > most_frames)
-      throw Error::format("{}: 'refined_frames' has {}, expected 0 to {}; use an older copy", file, frame, most_frames);
-  }
-  if (!std::all_of(state.betas.begin(), state.betas.end(), [](double value) { return std::isfinite(value); }))
-    throw Error::format("{}: 'betas' holds a number that is not finite; use an older copy", file);
   return state;
 }
 
@@ -106,17 +103,17 @@ void restore_optimiser(Optimiser& optimiser, const Checkpoint& checkpoint) {
   const std::string file = checkpoint.file.string();
   const std::vector<Optimiser::Parameter>& parameters = optimiser.parameters();
   Optimiser::Progress progress;
-  // The first checkpoints name no rules; in most of them all was Adam's.
+  // The first checkpoints name no rules: theirs is taken to be Adam's.
   std::vector<std::string> rules(parameters.size(), rule_name(UpdateRule::Adam));
   try {
     const nlohmann::json& saved = checkpoint.header.at("optimiser");
-    constexpr int most = std::numeric_limits<int>::max();
-    progress.counters.applied = number<int>(saved, "applied", 0, most, file);
-    progress.counters.skipped = number<int>(saved, "skipped", 0, most, file);
-    progress.counters.skipped_in_a_row = number<int>(saved, "skipped_in_a_row", 0, most, file);
+    const auto count = [&](const char* key) { return number<int>(saved.at(key), key, 0, most_updates, file); };
+    progress.counters = {count("applied"), count("skipped"), count("skipped_in_a_row")};
     // Checkpoints of before there was one lack it: it is then learnt anew.
-    if (saved.contains("log_largest_norm")) progress.log_largest_norm = saved.at("log_largest_norm").get<double>();
-    progress.applied = saved.at("updates").get<std::vector<int32_t>>();
+    if (saved.contains("log_largest_norm"))
+      progress.log_largest_norm =
+          number<double>(saved.at("log_largest_norm"), "log_largest_norm", -largest, largest, file);
+    progress.applied = numbers<int32_t>(saved.at("updates"), "updates", 0, most_updates, file);
     if (saved.contains("rules")) rules = saved.at("rules").get<std::vector<std::string>>();
   } catch (const nlohmann::json::exception& error) {
     throw Error::format("{}: the optimiser's counters are missing or broken: {}; use an older copy", file,
@@ -128,8 +125,6 @@ void restore_optimiser(Optimiser& optimiser, const Checkpoint& checkpoint) {
         "config and the degas that it was made with",
         file, progress.applied.size(), rules.size(), parameters.size());
   }
-  if (std::any_of(progress.applied.begin(), progress.applied.end(), [](int32_t updates) { return updates < 0; }))
-    throw Error::format("{}: a parameter was updated a negative number of times; use an older copy", file);
 
   int left = 0;
   for (size_t i = 0; i < parameters.size(); ++i) {

@@ -103,6 +103,10 @@ void write_input(const FuzzTarget& target, const Parts& parts, const fs::path& p
 }
 
 void fuzz(const FuzzTarget& target) {
+  if (std::getenv("DEGAS_FUZZ_LIST")) {
+    fmt::print("{}\n", target.input);
+    return;
+  }
   if (const char* corpus = std::getenv("DEGAS_FUZZ_CORPUS")) {
     const char* wanted = std::getenv("DEGAS_FUZZ_TARGET");
     if (wanted && target.input != wanted) return;

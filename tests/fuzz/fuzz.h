@@ -34,8 +34,8 @@ std::string fault_of(const FuzzTarget& target, const std::filesystem::path& inpu
 
 /// Reads the seeds, which must succeed, then so many damaged inputs, and fails the test case for every fault with what
 /// repeats it. DEGAS_FUZZ_FACTOR multiplies the rounds; DEGAS_FUZZ_ROUND=N runs that round alone and keeps its input.
-/// DEGAS_FUZZ_CORPUS=FOLDER: hands the target to libFuzzer instead, see fuzz_by_coverage; DEGAS_FUZZ_TARGET=NAME: this
-/// one alone.
+/// DEGAS_FUZZ_LIST: prints the target's name and does nothing more. DEGAS_FUZZ_CORPUS=FOLDER: hands the target to
+/// libFuzzer instead, see fuzz_by_coverage; DEGAS_FUZZ_TARGET=NAME: this one alone.
 void fuzz(const FuzzTarget& target);
 
 /// libFuzzer's search for inputs that reach new code, DEGAS_FUZZ_SECONDS (600) long, and ends the program. What it goes

@@ -12,8 +12,8 @@ mkdir -p "$corpus"
 
 targets=("$@")
 if [ ${#targets[@]} -eq 0 ]; then
-  # An ordinary run, of a minute or more, tells their names: "NAME: 300 rounds, ..".
-  mapfile -t targets < <("$program" 2>/dev/null | sed -n 's/^\(.*\): [0-9]* rounds, .*/\1/p')
+  mapfile -t targets < <(DEGAS_FUZZ_LIST=1 "$program" '~[#harness_test]' '~[#hostile_test]' 2>/dev/null |
+    grep -E '^[A-Za-z0-9][A-Za-z0-9_.-]*$')
 fi
 faults=0
 for target in "${targets[@]}"; do
