@@ -77,7 +77,7 @@ struct Source {
 };
 
 /// Takes one section's values out of JSON; whatever no field has taken is an unknown key.
-class Reader {
+class ConfigReader {
  public:
   template <typename Value>
   static void read_section(const Json& json, Value& value, const std::string& section, const Source& source) {
@@ -85,7 +85,7 @@ class Reader {
       throw Error::format("{}: '{}' must be a section of keys, not {}", source.name,
                           section.substr(0, section.size() - 1), text_of(json));
     }
-    Reader reader(json, section, source);
+    ConfigReader reader(json, section, source);
     visit_fields(value, reader);
     reader.require_all_known();
   }
@@ -107,7 +107,7 @@ class Reader {
   }
 
  private:
-  Reader(const Json& json, std::string section, const Source& source)
+  ConfigReader(const Json& json, std::string section, const Source& source)
       : json_(json), section_(std::move(section)), source_(source) {}
 
   void require_all_known() const {
@@ -246,7 +246,7 @@ Config parse_config(const std::string& text, const std::string& name) {
   Config config;
   const Json json = parse(text, name);
   if (!json.is_object()) throw Error::format("{}: the file must hold an object of sections, {{\"net\": ...}}", name);
-  Reader::read_section(json, config, "", {name});
+  ConfigReader::read_section(json, config, "", {name});
   validate(config, name);
   return config;
 }
@@ -270,7 +270,7 @@ void apply_override(Config& config, const std::string& assignment) {
   std::istringstream stream(key);
   for (std::string part; std::getline(stream, part, '.');) parts.push_back(part);
   for (auto part = parts.rbegin(); part != parts.rend(); ++part) overlay = Json{{*part, std::move(overlay)}};
-  Reader::read_section(overlay, config, "", {name, true});
+  ConfigReader::read_section(overlay, config, "", {name, true});
 }
 
 std::string config_text(const Config& config) {

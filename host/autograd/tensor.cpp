@@ -189,4 +189,11 @@ void Tensor::set_gradient(const Tensor& gradient) {
   gradient_->memory = gradient.memory_;
 }
 
+void require_equal_sizes(const char* operation, const Tensor& a, const Tensor& b) {
+  if (a.size() != b.size()) {
+    throw std::logic_error(
+        fmt::format("[{}] sizes differ: {} and {}", operation, to_string(a.shape()), to_string(b.shape())));
+  }
+}
+
 }  // namespace degas

@@ -94,4 +94,19 @@ class Tensor {
   std::shared_ptr<const std::function<Tensor()>> recipe_;
 };
 
+template <>
+std::vector<float> Tensor::to_host<float>() const;
+template <>
+std::vector<double> Tensor::to_host<double>() const;
+template <>
+std::vector<int32_t> Tensor::to_host<int32_t>() const;
+template <>
+std::vector<uint32_t> Tensor::to_host<uint32_t>() const;
+template <>
+std::vector<uint64_t> Tensor::to_host<uint64_t>() const;
+template <>
+std::vector<uint8_t> Tensor::to_host<uint8_t>() const;
+/// Throws std::logic_error, with the operation's name, where the tensors have not equally many elements.
+void require_equal_sizes(const char* operation, const Tensor& a, const Tensor& b);
+
 }  // namespace degas

@@ -25,16 +25,16 @@ std::string text_of(Query query) {
   return text;
 }
 
-std::string device_text(cl_device_id device, cl_device_info key) {
-  return text_of([&](size_t n, void* data, size_t* needed) { clGetDeviceInfo(device, key, n, data, needed); });
-}
-
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
   return text;
 }
 
 }  // namespace
+
+std::string device_text(cl_device_id device, cl_device_info key) {
+  return text_of([&](size_t n, void* data, size_t* needed) { clGetDeviceInfo(device, key, n, data, needed); });
+}
 
 std::vector<FoundDevice> find_devices() {
   cl_uint platform_count = 0;

@@ -25,6 +25,10 @@ struct FoundDevice {
   DeviceDescription description;
 };
 
+/// What a device says of itself in words (CL_DEVICE_NAME, ..), without the zero and spaces that end it; "" where it
+/// does not answer.
+std::string device_text(cl_device_id device, cl_device_info key);
+
 /// Every OpenCL device of the machine, in the platforms' order (empty if there is none).
 std::vector<FoundDevice> find_devices();
 

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <vector>
 
+#include "host/device/device_list.h"
 #include "host/device/open_cl_status.h"
 #include "host/device/user_cache.h"
 #include "host/error.h"
@@ -39,14 +40,6 @@ void expand(const std::string& file, const fs::path& folder, std::set<std::strin
       out += '\n';
     }
   }
-}
-
-std::string device_text(cl_device_id device, cl_device_info key) {
-  size_t bytes = 0;
-  clGetDeviceInfo(device, key, 0, nullptr, &bytes);
-  std::string text(bytes, '\0');
-  clGetDeviceInfo(device, key, bytes, text.data(), nullptr);
-  return text;
 }
 
 /// A cached program is a file of its binary's content_hash and the binary.

@@ -17,7 +17,7 @@
 namespace degas {
 namespace {
 
-constexpr char magic[8] = {'D', 'E', 'G', 'A', 'S', 'C', 'K', 'P'};
+constexpr char checkpoint_magic[8] = {'D', 'E', 'G', 'A', 'S', 'C', 'K', 'P'};
 constexpr uint32_t version = 1;
 
 /// A file written under a temporary name; commit() makes it durable and gives it its own.
@@ -139,7 +139,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& check
   const std::string text = nlohmann::json{{"header", checkpoint.header}, {"arrays", index}}.dump();
   const uint64_t length = text.size();
   CheckpointFile file(path);
-  file.write(magic, sizeof(magic));
+  file.write(checkpoint_magic, sizeof(checkpoint_magic));
   file.write(&version, sizeof(version));
   file.write(&length, sizeof(length));
   file.write(text.data(), text.size());
@@ -153,7 +153,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& path) {
   uint32_t found_version = 0;
   uint64_t length = 0;
   reader.read(found_magic, sizeof(found_magic));
-  if (std::memcmp(found_magic, magic, sizeof(magic)) != 0)
+  if (std::memcmp(found_magic, checkpoint_magic, sizeof(checkpoint_magic)) != 0)
     throw Error::format("{}: not a degas checkpoint; name the folder of a run of `degas train`", path.string());
   reader.read(&found_version, sizeof(found_version));
   if (found_version != version) {

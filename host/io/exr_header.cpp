@@ -14,7 +14,7 @@ namespace degas {
 namespace {
 
 // OpenEXR file layout, https://openexr.com/en/latest/OpenEXRFileLayout.html
-constexpr uint32_t magic = 20000630;
+constexpr uint32_t exr_magic = 20000630;
 constexpr uint32_t tiled = 0x200, deep = 0x800, multipart = 0x1000;
 constexpr int channel_bytes = 16;               ///< of a channel's description behind its name
 constexpr int dwaa = 8;                         ///< of the compressions; the later ones are lossy like it
@@ -32,12 +32,13 @@ constexpr std::array<std::pair<std::string_view, size_t>, 22> fixed_sizes = {
      {"v2d", 16},        {"v3i", 12},   {"v3f", 12},
      {"v3d", 24}}};
 
-class Header {
+class ExrHeaderReader {
  public:
-  Header(std::span<const std::byte> file, const std::string& label) : file_(file), left_(file), label_(label) {}
+  ExrHeaderReader(std::span<const std::byte> file, const std::string& label)
+      : file_(file), left_(file), label_(label) {}
 
   void check() {
-    if (left_.size() < 8 || number(take(4)) != magic) fail("it does not begin like one");
+    if (left_.size() < 8 || number(take(4)) != exr_magic) fail("it does not begin like one");
     if (number(take(4)) & (tiled | deep | multipart)) fail("it is tiled, deep or of several parts");
     for (std::string_view name = word(); !name.empty(); name = word()) {
       const std::string_view type = word();
@@ -118,7 +119,7 @@ class Header {
 }  // namespace
 
 void check_exr_header(std::span<const std::byte> file, const std::string& label) {
-  Header(file, label).check();
+  ExrHeaderReader(file, label).check();
 }
 
 }  // namespace degas

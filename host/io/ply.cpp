@@ -39,17 +39,17 @@ std::vector<Property> properties_of(size_t coefficients) {
   return properties;
 }
 
-struct Header {
+struct PlyHeader {
   size_t vertices = 0, bytes = 0;  ///< bytes: of the header itself
   std::vector<std::string> names;  ///< float properties in order
 };
 
-Header parse_header(const std::vector<std::byte>& file, const std::string& label) {
+PlyHeader parse_header(const std::vector<std::byte>& file, const std::string& label) {
   constexpr std::string_view last = "end_header\n";
   const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
   const size_t end = text.substr(0, 1 << 16).find(last);
   if (!text.starts_with("ply\n") || end == std::string_view::npos) throw Error::format("{}: is no PLY file", label);
-  Header header;
+  PlyHeader header;
   header.bytes = end + last.size();
   std::istringstream lines{std::string(text.substr(4, end - 4))};
   bool in_vertices = false, is_binary = false;
@@ -104,7 +104,7 @@ void write_ply(const std::filesystem::path& path, const PlySplats& splats) {
 
 PlySplats read_ply(const std::filesystem::path& path) {
   const std::vector<std::byte> file = read_file_bytes(path);
-  const Header header = parse_header(file, path.string());
+  const PlyHeader header = parse_header(file, path.string());
   const size_t row = sizeof(float) * header.names.size(), room = file.size() - header.bytes;
   if (row == 0 || header.vertices != room / row || room % row != 0) {
     throw Error::format("{}: {} vertices of {} bytes do not make the {} bytes after the header; the file is damaged",

@@ -8,7 +8,7 @@ namespace degas {
 namespace {
 
 template <typename... Arguments>
-void launch(Device& device, const char* name, int count, const Arguments&... arguments) {
+void launch_assembly(Device& device, const char* name, int count, const Arguments&... arguments) {
   device.kernel("assembly", name).launch({static_cast<size_t>(count)}, {64}, arguments..., count);
 }
 
@@ -24,14 +24,14 @@ Tensor gather_harmonics(Tape& tape, const Tensor& map, const Tensor& texels) {
   const int count = static_cast<int>(texels.size()), channels = static_cast<int>(map.dim(-1));
   if (channels % 3 != 0) throw std::logic_error(fmt::format("[assemble] {} channels of harmonics", channels));
   const Tensor harmonics(tape.device(), {count, channels / 3, 3});
-  launch(tape.device(), "gather_harmonics", count, map, texels, harmonics, channels);
+  launch_assembly(tape.device(), "gather_harmonics", count, map, texels, harmonics, channels);
   tape.record(
       "gather_harmonics", {map}, {harmonics},
       [map = map.without_values(), harmonics = harmonics.without_values(), texels, count, channels](Tape& tape) {
         tape.accumulate(map, [&](Tensor gradient) {
           gradient.fill_zero();
-          launch(tape.device(), "gather_harmonics_backward", count, tape.gradient_or_zeros(harmonics), texels, gradient,
-                 channels);
+          launch_assembly(tape.device(), "gather_harmonics_backward", count, tape.gradient_or_zeros(harmonics), texels,
+                          gradient, channels);
         });
       });
   return harmonics;
@@ -54,10 +54,10 @@ CanonicalGaussians assemble(Tape& tape, const AssemblyMaps& maps, const Gaussian
   CanonicalGaussians output{
       Tensor(device, {count, 3}), Tensor(device, {count, 4}), Tensor(device, {count, 3}), Tensor(device, {count}),
       Tensor(device, {count, 3}), Tensor(device, {count, 3}), Tensor(device, {count}),    {}};
-  launch(device, "assemble_forward", count, maps.positions, maps.rotations_scales, maps.colors_opacities, base.texels,
-         base.positions, base.rotations, base.log_scales, output.positions, output.rotations, output.log_scales,
-         output.opacities, output.colors, output.offsets, output.opacity_logits, options.offset_scale,
-         options.rotation_scale);
+  launch_assembly(device, "assemble_forward", count, maps.positions, maps.rotations_scales, maps.colors_opacities,
+                  base.texels, base.positions, base.rotations, base.log_scales, output.positions, output.rotations,
+                  output.log_scales, output.opacities, output.colors, output.offsets, output.opacity_logits,
+                  options.offset_scale, options.rotation_scale);
   // What backward does not read is given back.
   const Tensor position_map = maps.positions.without_values(), color_map = maps.colors_opacities.without_values();
   CanonicalGaussians kept = output;
@@ -71,20 +71,20 @@ CanonicalGaussians assemble(Tape& tape, const AssemblyMaps& maps, const Gaussian
                 Device& device = tape.device();
                 tape.accumulate(position_map, [&](Tensor gradient) {
                   gradient.fill_zero();
-                  launch(device, "assemble_positions_backward", count, tape.gradient_or_zeros(kept.positions),
-                         tape.gradient_or_zeros(kept.offsets), base.texels, gradient, options.offset_scale);
+                  launch_assembly(device, "assemble_positions_backward", count, tape.gradient_or_zeros(kept.positions),
+                                  tape.gradient_or_zeros(kept.offsets), base.texels, gradient, options.offset_scale);
                 });
                 tape.accumulate(rotation_map, [&](Tensor gradient) {
                   gradient.fill_zero();
-                  launch(device, "assemble_rotations_backward", count, tape.gradient_or_zeros(kept.rotations),
-                         tape.gradient_or_zeros(kept.log_scales), rotation_map, base.rotations, base.texels, gradient,
-                         options.rotation_scale);
+                  launch_assembly(device, "assemble_rotations_backward", count, tape.gradient_or_zeros(kept.rotations),
+                                  tape.gradient_or_zeros(kept.log_scales), rotation_map, base.rotations, base.texels,
+                                  gradient, options.rotation_scale);
                 });
                 tape.accumulate(color_map, [&](Tensor gradient) {
                   gradient.fill_zero();
-                  launch(device, "assemble_colors_backward", count, tape.gradient_or_zeros(kept.colors),
-                         tape.gradient_or_zeros(kept.opacities), tape.gradient_or_zeros(kept.opacity_logits),
-                         kept.colors, kept.opacities, base.texels, gradient);
+                  launch_assembly(device, "assemble_colors_backward", count, tape.gradient_or_zeros(kept.colors),
+                                  tape.gradient_or_zeros(kept.opacities), tape.gradient_or_zeros(kept.opacity_logits),
+                                  kept.colors, kept.opacities, base.texels, gradient);
                 });
               });
   if (maps.harmonics.defined()) {

@@ -11,6 +11,11 @@ namespace degas {
 /// Arrays of a launch, as in kernels/common/batch.cl.
 constexpr size_t batch_size = 16;
 
+/// Work-items that share a block of such a launch: their local size.
+inline int group_size(const Device& device) {
+  return device.is_wide() ? 1 : 256;
+}
+
 /// Launches a kernel whose first arguments are the tensors that arrays(member) gives as a tuple, for each of at most
 /// batch_size members; null pointers stand for those that are missing.
 template <typename Member, typename Arrays, typename... Arguments>

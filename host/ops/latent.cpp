@@ -1,23 +1,12 @@
 #include "host/ops/latent.h"
 
-#include <fmt/format.h>
-
-#include <stdexcept>
-
 namespace degas {
 namespace {
 
 template <typename... Arguments>
-void launch(const char* name, const Tensor& shaped_like, const Arguments&... arguments) {
+void launch_latent(const char* name, const Tensor& shaped_like, const Arguments&... arguments) {
   const int count = static_cast<int>(shaped_like.size());
   shaped_like.device().kernel("latent", name).launch({static_cast<size_t>(count)}, {64}, arguments..., count);
-}
-
-void require_equal_sizes(const char* operation, const Tensor& a, const Tensor& b) {
-  if (a.size() != b.size()) {
-    throw std::logic_error(
-        fmt::format("[{}] sizes differ: {} and {}", operation, to_string(a.shape()), to_string(b.shape())));
-  }
 }
 
 }  // namespace
@@ -26,12 +15,12 @@ Tensor sample_latent(Tape& tape, const Tensor& mean, const Tensor& log_deviation
   require_equal_sizes("sample_latent", mean, log_deviation);
   require_equal_sizes("sample_latent", mean, noise);
   const Tensor code(tape.device(), mean.shape());
-  launch("sample_latent", code, mean, log_deviation, noise, code);
+  launch_latent("sample_latent", code, mean, log_deviation, noise, code);
   tape.record("sample_latent", {mean, log_deviation}, {code}, [=](Tape& tape) {
     const Tensor gradient = code.gradient();
     tape.accumulate(mean, gradient);
     tape.accumulate(log_deviation, [&](const Tensor& target) {
-      launch("sample_latent_backward", target, log_deviation, noise, gradient, target);
+      launch_latent("sample_latent_backward", target, log_deviation, noise, gradient, target);
     });
   });
   return code;
@@ -40,7 +29,7 @@ Tensor sample_latent(Tape& tape, const Tensor& mean, const Tensor& log_deviation
 Tensor unit_divergence(Tape& tape, const Tensor& mean, const Tensor& log_deviation) {
   require_equal_sizes("unit_divergence", mean, log_deviation);
   const Tensor divergence(tape.device(), mean.shape());
-  launch("unit_divergence", divergence, mean, log_deviation, divergence);
+  launch_latent("unit_divergence", divergence, mean, log_deviation, divergence);
   tape.record("unit_divergence", {mean, log_deviation}, {divergence}, [=](Tape& tape) {
     const Tensor gradient = divergence.gradient();
     tape.accumulate(mean, [&](const Tensor& target) {
@@ -50,7 +39,7 @@ Tensor unit_divergence(Tape& tape, const Tensor& mean, const Tensor& log_deviati
                   target.size());
     });
     tape.accumulate(log_deviation, [&](const Tensor& target) {
-      launch("unit_divergence_backward", target, log_deviation, gradient, target);
+      launch_latent("unit_divergence_backward", target, log_deviation, gradient, target);
     });
   });
   return divergence;

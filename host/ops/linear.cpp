@@ -7,7 +7,7 @@
 namespace degas {
 namespace {
 
-struct Sizes {
+struct LinearSizes {
   int batch, inputs, outputs;
 };
 
@@ -19,7 +19,7 @@ size_t divided(int64_t count, int64_t divisor) {
   return static_cast<size_t>((count + divisor - 1) / divisor);
 }
 
-Tensor forward(const Tensor& input, const Tensor& weight, const Tensor& bias, const Sizes& s, double slope) {
+Tensor forward(const Tensor& input, const Tensor& weight, const Tensor& bias, const LinearSizes& s, double slope) {
   Device& device = input.device();
   // Blocks keep an item's stretch of weights within the reach of the prefetcher and give GPUs enough items.
   const int block_size = 64;
@@ -49,7 +49,7 @@ Tensor activation_backward(const Tensor& output, const Tensor& gradient, double 
 }  // namespace
 
 Tensor linear(Tape& tape, const Tensor& input, const Tensor& weight, const Tensor& bias, double negative_slope) {
-  const Sizes s{static_cast<int>(input.dim(0)), static_cast<int>(weight.dim(0)), static_cast<int>(weight.dim(1))};
+  const LinearSizes s{static_cast<int>(input.dim(0)), static_cast<int>(weight.dim(0)), static_cast<int>(weight.dim(1))};
   if (input.size() != int64_t{s.batch} * s.inputs || (bias.defined() && bias.size() != s.outputs)) {
     throw std::logic_error(fmt::format("[linear] input {}, weight {} and bias {} do not fit", to_string(input.shape()),
                                        to_string(weight.shape()), bias.defined() ? to_string(bias.shape()) : "none"));

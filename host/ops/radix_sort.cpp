@@ -17,7 +17,7 @@ int digit_bits(const Device& device) {
 }
 
 template <typename... Arguments>
-void launch(Device& device, const char* name, uint32_t items, const Arguments&... arguments) {
+void launch_sort(Device& device, const char* name, uint32_t items, const Arguments&... arguments) {
   device.kernel("radix_sort", name, {{"DIGIT_BITS", digit_bits(device)}})
       .launch({items}, {device.is_wide() ? size_t{1} : size_t{64}}, arguments...);
 }
@@ -27,9 +27,9 @@ int64_t scan(const Tensor& values, const Tensor& block_sums, const Tensor& sums,
   Device& device = values.device();
   const Chunks blocks = chunks_of(device, count);
   const auto n = static_cast<uint32_t>(count);
-  launch(device, "sum_blocks", blocks.count, values, block_sums, blocks.size, blocks.count, n);
-  launch(device, "scan_block_sums", 1, block_sums, blocks.count);
-  launch(device, "scan_blocks", blocks.count, values, block_sums, sums, blocks.size, blocks.count, n);
+  launch_sort(device, "sum_blocks", blocks.count, values, block_sums, blocks.size, blocks.count, n);
+  launch_sort(device, "scan_block_sums", 1, block_sums, blocks.count);
+  launch_sort(device, "scan_blocks", blocks.count, values, block_sums, sums, blocks.size, blocks.count, n);
   return blocks.count;
 }
 
@@ -58,10 +58,10 @@ Tensor sorted_places(const Tensor& keys, int64_t count, int bits) {
   for (int shift = 0; shift < bits; shift += digit_bits(device)) {
     const Tensor moved =
         shift + digit_bits(device) < bits ? Tensor(device, {keys.size(), 2}, Element::UInt32) : Tensor();
-    launch(device, "count_digits", chunks.count, keys, pairs, table, shift, chunks.size, chunks.count, n);
+    launch_sort(device, "count_digits", chunks.count, keys, pairs, table, shift, chunks.size, chunks.count, n);
     if (!device.is_wide()) scan(table, block_sums, table, int64_t{chunks.count} << digit_bits(device));
-    launch(device, "move_by_digit", chunks.count, keys, pairs, table, moved, places, shift, chunks.size, chunks.count,
-           n);
+    launch_sort(device, "move_by_digit", chunks.count, keys, pairs, table, moved, places, shift, chunks.size,
+                chunks.count, n);
     pairs = moved;
   }
   return places;

@@ -5,8 +5,8 @@ namespace {
 
 /// Queues a raster kernel for a view; the background, the size and the view's first tile are its last arguments.
 template <typename... Arguments>
-void launch(const char* name, const SplatViews& views, int64_t view, const SplatOptions& options,
-            const Arguments&... arguments) {
+void launch_raster(const char* name, const SplatViews& views, int64_t view, const SplatOptions& options,
+                   const Arguments&... arguments) {
   Device& device = views.on_device.device();
   const auto columns = static_cast<size_t>(views.columns(view)), rows = static_cast<size_t>(views.rows(view));
   const Camera& camera = views.views[view].camera;
@@ -41,8 +41,8 @@ std::vector<RasterImage> rasterize(const ProjectedSplats& projected, const Inter
     images.push_back({Tensor(device, {camera.height, camera.width, 3}), Tensor(device, pixels), Tensor(device, pixels),
                       Tensor(device, pixels, Element::Int32)});
     const RasterImage& image = images.back();
-    launch("raster_forward", views, view, options, projected.records, intersections.tile_starts, intersections.entries,
-           image.color, image.alpha, image.transmittance, image.contributors);
+    launch_raster("raster_forward", views, view, options, projected.records, intersections.tile_starts,
+                  intersections.entries, image.color, image.alpha, image.transmittance, image.contributors);
   }
   return images;
 }
@@ -52,8 +52,9 @@ Tensor rasterize_backward(const ProjectedSplats& projected, const Intersections&
                           const SplatViews& views, const SplatOptions& options) {
   const Tensor slots(projected.records.device(), {intersections.entries.dim(0), 16});
   for (int64_t view = 0; view < views.count(); ++view) {
-    launch("raster_backward", views, view, options, projected.records, intersections.tile_starts, intersections.entries,
-           images[view].transmittance, images[view].contributors, gradients[view].color, gradients[view].alpha, slots);
+    launch_raster("raster_backward", views, view, options, projected.records, intersections.tile_starts,
+                  intersections.entries, images[view].transmittance, images[view].contributors, gradients[view].color,
+                  gradients[view].alpha, slots);
   }
   return slots;
 }

@@ -10,7 +10,8 @@ namespace {
 
 /// Rows of the target (N, height, width, C) are made by the kernel from an input of in_height x in_width.
 template <typename... Arrays>
-void launch(const char* name, int64_t in_height, int64_t in_width, const Tensor& target, const Arrays&... arrays) {
+void launch_upsample(const char* name, int64_t in_height, int64_t in_width, const Tensor& target,
+                     const Arrays&... arrays) {
   Device& device = target.device();
   const int64_t channels = target.dim(3);
   // All powers of two up to V divide V, so this is the widest vector that divides the channels.
@@ -26,13 +27,13 @@ void launch(const char* name, int64_t in_height, int64_t in_width, const Tensor&
 /// base + the enlarged input; base may be undefined.
 Tensor enlarged(const Tensor& input, const Tensor& base) {
   const Tensor output(input.device(), {input.dim(0), 2 * input.dim(1), 2 * input.dim(2), input.dim(3)});
-  launch("upsample_forward", input.dim(1), input.dim(2), output, input, base);
+  launch_upsample("upsample_forward", input.dim(1), input.dim(2), output, input, base);
   return output;
 }
 
 void accumulate_enlarged(Tape& tape, const Tensor& input, const Tensor& output_gradient) {
   tape.accumulate(input, [&](const Tensor& gradient) {
-    launch("upsample_backward", input.dim(1), input.dim(2), gradient, output_gradient);
+    launch_upsample("upsample_backward", input.dim(1), input.dim(2), gradient, output_gradient);
   });
 }
 
@@ -58,12 +59,12 @@ Tensor add_upsampled(Tape& tape, const Tensor& base, const Tensor& input) {
                                        to_string(input.shape())));
   }
   const Tensor output = enlarged(input, base);
-  tape.record("add_upsampled", {base, input}, {output},
-              [base = base.without_values(), input = input.without_values(),
-               output = output.without_values()](Tape& tape) {
-                accumulate_enlarged(tape, input, output.gradient());
-                tape.accumulate(base, output.gradient());
-              });
+  tape.record(
+      "add_upsampled", {base, input}, {output},
+      [base = base.without_values(), input = input.without_values(), output = output.without_values()](Tape& tape) {
+        accumulate_enlarged(tape, input, output.gradient());
+        tape.accumulate(base, output.gradient());
+      });
   return output;
 }
 

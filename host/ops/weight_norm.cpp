@@ -24,10 +24,6 @@ struct Batch {
   int64_t sums = 0;  ///< numbers of all column sums
 };
 
-int group_size(const Device& device) {
-  return device.is_wide() ? 1 : 256;
-}
-
 /// Rows of a block: some thousand elements, but few enough blocks that adding up what they leave is no work.
 int block_rows(const Device& device, int rows, int columns) {
   const int elements = device.is_wide() ? 8192 : 2048;
@@ -61,8 +57,8 @@ std::vector<Batch> make_batches(const Device& device, const std::vector<WeightNo
 
 /// A work-group for each of `groups`; arrays(layer's place) gives a tuple of its tensors.
 template <typename Arrays, typename... Arguments>
-void launch(Device& device, const char* name, const Batch& batch, size_t groups, const Arrays& arrays,
-            const Arguments&... arguments) {
+void launch_weight_norm(Device& device, const char* name, const Batch& batch, size_t groups, const Arrays& arrays,
+                        const Arguments&... arguments) {
   const size_t group = group_size(device);
   launch_batch(device.kernel("weight_norm", name, {{"GROUP", group_size(device)}}), {groups * group}, {group},
                batch.members, arrays, arguments..., batch.argument);
@@ -94,10 +90,10 @@ std::vector<Tensor> weight_norm(Tape& tape, const std::vector<WeightNormLayer>& 
   const Tensor numbers(device, {static_cast<int64_t>(layers.size()), 2});
   for (const Batch& batch : make_batches(device, layers, all)) {
     const Tensor partial(device, {batch.blocks});
-    launch(
+    launch_weight_norm(
         device, "square_sums", batch, batch.blocks, [&](size_t i) { return std::tuple(layers[i].v); }, partial,
         scratch);
-    launch(
+    launch_weight_norm(
         device, "weight_norm", batch, batch.blocks,
         [&](size_t i) { return std::tuple(layers[i].v, layers[i].gain, weights[i]); }, partial, numbers, scratch);
   }
@@ -113,13 +109,13 @@ std::vector<Tensor> weight_norm(Tape& tape, const std::vector<WeightNormLayer>& 
     }
     for (const Batch& batch : make_batches(device, layers, reached)) {
       const Tensor partial(device, {batch.sums});
-      launch(
+      launch_weight_norm(
           device, "output_sums", batch, batch.blocks,
           [&](size_t i) { return std::tuple(layers[i].v, outputs[i].gradient()); }, partial);
-      launch(
+      launch_weight_norm(
           device, "finish_output_sums", batch, batch.members.size(),
           [&](size_t i) { return std::tuple(layers[i].gain, dgain[i]); }, partial, numbers, scratch);
-      launch(
+      launch_weight_norm(
           device, "weight_norm_backward", batch, batch.blocks,
           [&](size_t i) { return std::tuple(layers[i].v, layers[i].gain, outputs[i].gradient(), dv[i]); }, numbers);
     }

@@ -13,26 +13,22 @@
 namespace degas {
 namespace {
 
-constexpr int64_t block = 4096;
+constexpr int64_t parameter_block = 4096;
 constexpr std::array<int32_t, 5> no_steps = {0, 0, 0, -1, -1};  // the kernels' counters
 constexpr double unknown_norm = -1e30;                          // the kernels' UNKNOWN
 
 /// The kernels' Batch.
-struct BatchArgument {
+struct ParameterBatch {
   int64_t counts[batch_size];
   int32_t parameters[batch_size], ends[batch_size];
 };
 
-int group_size(const Device& device) {
-  return device.is_wide() ? 1 : 256;
-}
-
 Kernel optimiser_kernel(Device& device, const char* name) {
-  return device.kernel("optimiser", name, {{"BLOCK", block}, {"GROUP", group_size(device)}});
+  return device.kernel("optimiser", name, {{"BLOCK", parameter_block}, {"GROUP", group_size(device)}});
 }
 
 int64_t slots_of(const Tensor& value) {
-  return (value.size() + block - 1) / block;
+  return (value.size() + parameter_block - 1) / parameter_block;
 }
 
 }  // namespace
@@ -70,7 +66,7 @@ void Optimiser::allocate() {
 template <typename Arrays, typename... Arguments>
 void Optimiser::launch_batch(const Kernel& kernel, const Batch& batch, const Arrays& arrays,
                              const Arguments&... arguments) const {
-  BatchArgument argument{};
+  ParameterBatch argument{};
   for (size_t k = 0, end = 0; k < batch_size; ++k) {
     if (k < batch.members.size()) {
       const Parameter& parameter = parameters_[batch.members[k]];

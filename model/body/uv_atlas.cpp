@@ -5,16 +5,13 @@
 #include <stdexcept>
 
 #include "host/error.h"
+#include "model/body/plane.h"
 
 namespace degas {
 
 namespace {
 
 using Eigen::Vector2d;
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 /// Covers the free texels whose centres lie in the triangle; `corners` in texels, y down.
 void rasterise(const std::array<Vector2d, 3>& corners, int triangle, int resolution, std::vector<Texel>& texels) {

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "host/error.h"
+#include "model/body/plane.h"
 
 namespace degas {
 namespace {
@@ -76,10 +77,6 @@ struct Place {
   Eigen::Matrix2d turn;  ///< and size
   Vector2d offset;
 };
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 class AtlasPacker {
  public:

@@ -12,7 +12,7 @@ namespace degas {
 namespace fs = std::filesystem;
 namespace {
 
-Lens read_lens(const JsonNode& node) {
+Lens read_avatarrex_lens(const JsonNode& node) {
   Lens lens;
   Camera& camera = lens.camera;
   const JsonNode size = node["imgSize"], intrinsics = node["K"];
@@ -94,7 +94,7 @@ PictureLayout find_avatarrex_layout(const fs::path& folder) {
     if (!is_folder_name(name)) {
       root.fail(fmt::format("'{}' is no name of a camera's folder", name));
     }
-    const Lens lens = read_lens(root[name]);
+    const Lens lens = read_avatarrex_lens(root[name]);
     if (fs::is_directory(folder / "images")) {
       layout.views.push_back(
           {name, lens, NumberedFiles(folder / "images" / name, "", 8), NumberedFiles(folder / "masks" / name, "", 8)});

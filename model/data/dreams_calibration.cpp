@@ -8,7 +8,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-Lens read_lens(const JsonNode& node) {
+Lens read_dreams_lens(const JsonNode& node) {
   constexpr int largest_side = 1 << 16;
   Camera camera;
   camera.width = node["w"].integer(1, largest_side);
@@ -40,7 +40,7 @@ std::vector<Lens> read_dreams_cameras(const std::filesystem::path& path) {
   for (size_t i = 0; i < rigs.size(); ++i) {
     const JsonNode list = rigs[i]["cameras"];
     if (list.size() != 1) list.fail(fmt::format("has {} cameras; one a rig is read", list.size()));
-    lenses.push_back(read_lens(list[size_t{0}]));
+    lenses.push_back(read_dreams_lens(list[size_t{0}]));
   }
   if (lenses.empty()) rigs.fail("is empty");
   return lenses;

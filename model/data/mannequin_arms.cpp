@@ -9,7 +9,7 @@ namespace degas {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Ring of the arm or hand. Index 0 is the thumb's side, 7 the back of the hand, 14 the little finger's side.
 /// box = 1 gives the hand's order: 12 edges over the back, 12 over the palm, 2 on each side.

@@ -13,10 +13,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-double bell(double x, double width) {
-  return std::exp(-x * x / (width * width));
-}
-
 /// How far clothes, shoes and hair stand off the body (metres).
 double thickness(MannequinChart chart, const Vector3d& p) {
   switch (mannequin_material(chart, p)) {

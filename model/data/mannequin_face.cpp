@@ -8,10 +8,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-double bell(double x, double width) {
-  return std::exp(-x * x / (width * width));
-}
-
 /// Displacement (metres) of a point of the head at coefficient 1. `below` = on the lower lip's side.
 /// The lids' closing is not here: it depends on the grid, not on the place.
 Vector3d displacement(MannequinExpression expression, const Vector3d& p, bool below) {

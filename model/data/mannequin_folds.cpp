@@ -10,10 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-double bell(double x, double width) {
-  return std::exp(-x * x / (width * width));
-}
-
 /// Ridges with sharp crests and wide troughs, mean about zero; `length` is the distance between crests.
 double ridges(double travel, double length) {
   const double wave = std::cos(2 * std::numbers::pi * travel / length);

@@ -9,7 +9,7 @@ namespace degas {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr int columns = torso_columns, front = columns / 2;
 constexpr int mouth_half = 6, eye_inner = 4, eye_outer = 10;  // slit ends in columns from the front
 constexpr int joint_head = 15, joint_jaw = 22;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "model/data/mannequin_body.h"
 
 /// What the mannequin's parts share while they are built; private to model/data/mannequin_*.cpp.
@@ -101,6 +103,11 @@ std::array<double, N> interpolate_keys(const std::vector<std::array<double, N>>&
                 slope_c * x * x * (1 - x);
   }
   return result;
+}
+
+/// 1 at 0, falling to both sides as a Gaussian does.
+inline double bell(double x, double width) {
+  return std::exp(-x * x / (width * width));
 }
 
 inline double smoothstep(double low, double high, double x) {

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 struct Paint {
   Vector3d color;  // linear
@@ -30,10 +30,6 @@ Vector3d srgb(double red, double green, double blue) {
 
 Vector3d mix(const Vector3d& a, const Vector3d& b, double t) {
   return (1 - t) * a + t * b;
-}
-
-double bell(double x, double width) {
-  return std::exp(-x * x / (width * width));
 }
 
 /// 1 within `half` of 0, fading over `soft`.

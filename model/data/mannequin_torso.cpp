@@ -9,7 +9,7 @@ namespace degas {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 }  // namespace
 

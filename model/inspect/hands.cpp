@@ -9,7 +9,7 @@ namespace degas {
 namespace {
 
 /// Mean overlap within a hand's box that the other way must add.
-constexpr double clear_gain = 0.03;
+constexpr double clear_hand_gain = 0.03;
 
 /// The box around a hand's vertices in both surfaces, a quarter larger; nothing where it reaches out of the picture.
 std::optional<Rectangle> hand_box(const BodyModel& body, int first_joint, const BodySurface& a, const BodySurface& b,
@@ -46,7 +46,7 @@ HandFit& HandFit::operator+=(const HandFit& more) {
 }
 
 std::optional<std::string> HandFit::verdict(bool flat_hand_mean) const {
-  if (hands == 0 || (otherwise - as_registered) / hands < clear_gain) return std::nullopt;
+  if (hands == 0 || (otherwise - as_registered) / hands < clear_hand_gain) return std::nullopt;
   return fmt::format(
       "flat_hand_mean: finger angles seem to be relative to the {} hand, but the capture says the {} one (hands "
       "overlap "

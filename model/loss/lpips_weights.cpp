@@ -10,9 +10,9 @@
 namespace degas {
 namespace {
 
-class Reader {
+class WeightReader {
  public:
-  explicit Reader(const std::filesystem::path& path) : file_(path) {}
+  explicit WeightReader(const std::filesystem::path& path) : file_(path) {}
 
   LpipsConvolution convolution(const std::string& name, const Shape& shape, int stride, int padding) const {
     return {shape, file_.read(name + ".weight", shape).floats(), file_.read(name + ".bias", {shape[0]}).floats(),
@@ -54,7 +54,7 @@ std::string file_name(LpipsNetwork network) {
 }
 
 /// Five stages of 3x3 convolutions; the last of each is compared, and a pool of 2x2 stands before the next.
-std::vector<LpipsLayer> vgg_layers(Reader& reader) {
+std::vector<LpipsLayer> vgg_layers(WeightReader& reader) {
   std::vector<LpipsLayer> layers;
   int64_t inputs = 3;
   int place = 0;  // in torchvision's list, where each convolution is followed by its ReLU
@@ -73,7 +73,7 @@ std::vector<LpipsLayer> vgg_layers(Reader& reader) {
 }  // namespace
 
 std::vector<LpipsLayer> load_lpips_layers(const std::filesystem::path& path, LpipsNetwork network) {
-  Reader reader(path);
+  WeightReader reader(path);
   if (network == LpipsNetwork::Vgg) return vgg_layers(reader);
   std::vector<LpipsLayer> layers;
   if (network == LpipsNetwork::Alex) {

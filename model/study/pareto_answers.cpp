@@ -15,10 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-std::string text_of(const json& value) {
-  return escape(value.get<std::string>());
-}
-
 /// A line for each point of the front: up to which speed it is the best.
 std::string choice_table(const json& pareto, const std::string& capture, const std::string& measure) {
   const std::vector<Choice> rows = choices(pareto, capture, measure);
@@ -35,14 +31,15 @@ std::string choice_table(const json& pareto, const std::string& capture, const s
       const json& better = pareto["points"][rows[k - 1].point];
       const double gain = better["quality"][capture][measure]["mean"].get<double>() - quality;
       why = fmt::format("the next better, {} ({}), makes only <span data-fps=\"{:.4g}\">{:.1f}</span>",
-                        text_of(better["name"]), measure_text(measure, gain, true), rows[k].faster_than,
+                        escaped_text(better["name"]), measure_text(measure, gain, true), rows[k].faster_than,
                         rows[k].faster_than);
     }
     html += fmt::format(
         "<tr data-from=\"{0:.4g}\" data-to=\"{1:.4g}\"><td><span data-fps=\"{0:.4g}\">{0:.1f}</span> to "
         "<span data-fps=\"{1:.4g}\">{1:.1f}</span></td><td><button data-point=\"{2}\">{3}</button></td><td>{4}</td>"
         "<td>{5}</td></tr>",
-        rows[k].faster_than, rows[k].up_to, rows[k].point, text_of(point["name"]), measure_text(measure, quality), why);
+        rows[k].faster_than, rows[k].up_to, rows[k].point, escaped_text(point["name"]), measure_text(measure, quality),
+        why);
   }
   if (!rows.empty()) {
     html += fmt::format(
@@ -62,10 +59,11 @@ std::string advice(const json& pareto, const std::string& capture, const std::st
   const json& fastest = pareto["points"][rows.back().point];
   if (found == rows.end()) {
     return fmt::format("none reaches {:g} frames/s here; the fastest is {} with {:.1f}", target,
-                       text_of(fastest["name"]), rows.back().up_to);
+                       escaped_text(fastest["name"]), rows.back().up_to);
   }
   const json& point = pareto["points"][found->point];
-  return fmt::format("<b>{}</b> ({:.1f} frames/s, {} {})", text_of(point["name"]), found->up_to, measure_label(measure),
+  return fmt::format("<b>{}</b> ({:.1f} frames/s, {} {})", escaped_text(point["name"]), found->up_to,
+                     measure_label(measure),
                      measure_text(measure, point["quality"][capture][measure]["mean"].get<double>()));
 }
 
@@ -93,8 +91,8 @@ std::string duel_table(const json& pareto) {
       const double x = a["quality"][capture][measure]["mean"], y = b["quality"][capture][measure]["mean"];
       rows += fmt::format(
           "<tr><td>{}, {}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-          escape(measure_label(measure)), escape(capture_title(capture)), text_of(a["name"]), measure_text(measure, x),
-          text_of(b["name"]), measure_text(measure, y),
+          escape(measure_label(measure)), escape(capture_title(capture)), escaped_text(a["name"]),
+          measure_text(measure, x), escaped_text(b["name"]), measure_text(measure, y),
           lower_is_better(measure) ? fmt::format("{:+.0f} %", 100 * (x / y - 1)) : measure_text(measure, x - y, true));
     }
   }
@@ -113,7 +111,7 @@ std::string wins_text(const json& pareto) {
       for (const json& index : front) {
         const json& point = pareto["points"][index.get<size_t>()];
         if (point["baseline"].get<bool>())
-          wins.push_back(fmt::format("{} ({}, {})", text_of(point["name"]), escape(measure_label(measure)),
+          wins.push_back(fmt::format("{} ({}, {})", escaped_text(point["name"]), escape(measure_label(measure)),
                                      escape(capture_title(capture))));
       }
     }
@@ -140,7 +138,7 @@ std::string choice_section(const json& pareto) {
       "step=\"any\"> "
       "frames/s.</label> <label>On my device <select id=\"known\">";
   for (size_t i = 0; i < pareto["points"].size(); ++i)
-    html += fmt::format("<option value=\"{}\">{}</option>", i, text_of(pareto["points"][i]["name"]));
+    html += fmt::format("<option value=\"{}\">{}</option>", i, escaped_text(pareto["points"][i]["name"]));
   html +=
       "</select></label> <label>makes <input id=\"speed\" type=\"number\" min=\"0\" step=\"any\" placeholder=\"as "
       "here\"> "

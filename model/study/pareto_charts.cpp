@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "model/study/measures.h"
+#include "model/train/html.h"
 
 namespace degas {
 namespace {
@@ -23,6 +24,10 @@ std::vector<size_t> front_of(const json& pareto, const std::string& capture, con
 }
 
 }  // namespace
+
+std::string escaped_text(const nlohmann::json& value) {
+  return escape(value.get<std::string>());
+}
 
 std::string capture_title(const std::string& capture) {
   return capture == "view"                 ? "held-out camera"

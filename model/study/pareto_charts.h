@@ -6,6 +6,9 @@
 
 namespace degas {
 
+/// A string of JSON as HTML has it.
+std::string escaped_text(const nlohmann::json& value);
+
 /// "held-out camera" or the name of the novel sequence, as people read it.
 std::string capture_title(const std::string& capture);
 

@@ -20,10 +20,6 @@ using nlohmann::json;
 
 constexpr int picture_height = 480;
 
-std::string text_of(const json& value) {
-  return escape(value.get<std::string>());
-}
-
 std::string chart_section(const json& pareto) {
   std::string html = "<h2>Speed and quality</h2>" + baseline_section(pareto) +
                      "<p>Up and to the right is better. Hover for the configuration, click for its pictures. Hollow "
@@ -66,7 +62,7 @@ std::string figure_table(const json& pareto) {
   html += "</tr>";
   for (size_t i = 0; i < pareto["points"].size(); ++i) {
     const json& point = pareto["points"][i];
-    html += fmt::format("<tr><td><button data-point=\"{}\">{}</button></td>", i, text_of(point["name"]));
+    html += fmt::format("<tr><td><button data-point=\"{}\">{}</button></td>", i, escaped_text(point["name"]));
     html += fmt::format("<td data-fps=\"{0:.4g}\">{0:.1f}</td>", point["fps"].get<double>());
     for (const auto& [key, digits] : {std::pair<const char*, int>{"decode_ms", 1},
                                       {"render_ms", 1},
@@ -147,10 +143,10 @@ std::string pareto_report(const json& pareto, const fs::path& folder) {
   html += fmt::format(
       "<p>Trained on {}, held out {}; {} of training for each configuration, {} seed{}. Device: {} ({}), commit {}. "
       "Speed is the mean time to decode a frame and draw one view of it.</p>",
-      text_of(pareto.at("data")), escape(fmt::format("{}", fmt::join(hold_out, ", "))), text_of(pareto.at("budget")),
-      pareto.at("seeds").get<int>(), pareto.at("seeds") == 1 ? "" : "s", text_of(points[0]["device"]),
-      text_of(points[0]["driver"]), text_of(points[0]["commit"]));
-  for (const json& failure : pareto.at("failures")) html += "<p>Not trained: " + text_of(failure) + "</p>";
+      escaped_text(pareto.at("data")), escape(fmt::format("{}", fmt::join(hold_out, ", "))),
+      escaped_text(pareto.at("budget")), pareto.at("seeds").get<int>(), pareto.at("seeds") == 1 ? "" : "s",
+      escaped_text(points[0]["device"]), escaped_text(points[0]["driver"]), escaped_text(points[0]["commit"]));
+  for (const json& failure : pareto.at("failures")) html += "<p>Not trained: " + escaped_text(failure) + "</p>";
   html += choice_section(pareto) + chart_section(pareto);
   html += "<h2>Pictures</h2><div id=\"detail\"><p>Click a configuration: truth, render, error times 4.</p></div>";
   html += figure_table(pareto);

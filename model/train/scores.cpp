@@ -42,7 +42,7 @@ std::vector<float> bytes_range(const Tensor& picture) {
   return values;
 }
 
-nlohmann::json mean_of(const std::vector<double>& values) {
+nlohmann::json mean_or_null(const std::vector<double>& values) {
   if (values.empty()) return {};
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
@@ -105,7 +105,7 @@ nlohmann::json Scores::metrics() const {
       for (const Row& row : rows_) {
         if (row.quality[region]) values.push_back(figure(*row.quality[region]));
       }
-      return mean_of(values);
+      return mean_or_null(values);
     };
     metrics[prefix + "psnr"] = mean([](const ImageQuality& quality) { return quality.psnr; });
     metrics[prefix + "ssim"] = mean([](const ImageQuality& quality) { return quality.ssim; });
@@ -126,7 +126,7 @@ nlohmann::json Scores::metrics() const {
     if (rows_[i].expression_distance) distances.push_back(*rows_[i].expression_distance);
     frames.insert(pictures_[i].frame);
   }
-  if (networks_.expression) metrics["aed"] = mean_of(distances);
+  if (networks_.expression) metrics["aed"] = mean_or_null(distances);
   metrics["frames"] = frames.size();
   metrics["pictures"] = rows_.size();
   for (const auto& [key, region] : {std::pair("person", person), std::pair("face", face)}) {

@@ -45,7 +45,7 @@ void read_npz(const fs::path& path) {
   }
 }
 
-void read_torch(const fs::path& path) {
+void convert_torch(const fs::path& path) {
   for (const auto& [name, tensor] : read_torch_archive(path)) convert(tensor);
 }
 
@@ -88,7 +88,7 @@ TEST_CASE("damaged torch archives") {
         {whole_file(vectors / "torch_state.pt"), whole_file(vectors / "torch_bare.pt"),
          whole_file(vectors / "torch_code.pt")},
         {},
-        read_torch,
+        convert_torch,
         3000});
 }
 
@@ -97,7 +97,7 @@ TEST_CASE("damaged pickles and storages in whole torch archives") {
         {archive_parts(vectors / "torch_state.pt"), archive_parts(vectors / "torch_bare.pt"),
          archive_parts(vectors / "torch_code.pt")},
         write_archive,
-        read_torch,
+        convert_torch,
         5000});
 }
 

@@ -8,7 +8,7 @@ using namespace degas::test;
 namespace {
 
 /// tiny_config for so many steps, with a checkpoint after each second one.
-Config saving_config() {
+Config six_steps_saved_every_other() {
   Config config = tiny_config();
   config.train.iterations = 6;
   config.train.checkpoint_every = 2;
@@ -47,7 +47,7 @@ std::string undisturbed(const Config& config) {
 void check_ends_and_goes_on(const std::string& which, const std::vector<std::string>& parts) {
   CAPTURE(which);
   const TemporaryFolder folder;
-  const Config config = saving_config();
+  const Config config = six_steps_saved_every_other();
   const std::string whole = undisturbed(config);
   TrainCommand train(folder, config);
   const Trouble trouble(folder, which);
@@ -65,7 +65,7 @@ void check_ends_and_goes_on(const std::string& which, const std::vector<std::str
 void check_unharmed(const std::string& which, const std::string& line) {
   CAPTURE(which);
   const TemporaryFolder folder;
-  const Config config = saving_config();
+  const Config config = six_steps_saved_every_other();
   TrainCommand train(folder, config);
   const Trouble trouble(folder, which);
   train.environment = trouble.environment;
@@ -102,7 +102,7 @@ TEST_CASE("a buffer that finds no memory once finds what the pool gives back") {
 
 TEST_CASE("a driver that builds nothing is named in one line, and its log is kept") {
   const TemporaryFolder folder;
-  TrainCommand train(folder, saving_config());
+  TrainCommand train(folder, six_steps_saved_every_other());
   const Trouble trouble(folder, "build");
   train.environment = trouble.environment;
   train.environment.emplace_back("DEGAS_CACHE", folder / "cache");
@@ -113,7 +113,7 @@ TEST_CASE("a driver that builds nothing is named in one line, and its log is kep
 
 TEST_CASE("a GPU too small for cooperative work-groups runs the other kernel set, to the bits of a CPU") {
   const TemporaryFolder folder;
-  const Config config = saving_config();
+  const Config config = six_steps_saved_every_other();
   TrainCommand train(folder, config);
   const Trouble trouble(folder, "gpu,small");
   train.environment = trouble.environment;
@@ -130,7 +130,7 @@ TEST_CASE("a GPU too small for cooperative work-groups runs the other kernel set
 
 TEST_CASE("a GPU that refuses a work-group it said it holds is told with the remedy, which works") {
   const TemporaryFolder folder;
-  TrainCommand train(folder, saving_config());
+  TrainCommand train(folder, six_steps_saved_every_other());
   const Trouble trouble(folder, "gpu,registers");
   train.environment = trouble.environment;
   check_refused(train(), {"device " + device_name() + ": too few registers", "--kernels wide"});

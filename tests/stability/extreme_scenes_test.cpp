@@ -11,7 +11,6 @@ using namespace degas::test;
 
 namespace {
 
-constexpr std::array<double, 4> upright = {1, 0, 0, 0};
 enum Field { Positions, Rotations, LogScales, Opacities, Colors };
 
 }  // namespace

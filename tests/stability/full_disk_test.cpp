@@ -50,7 +50,7 @@ class FileSizeLimit {
   rlimit before_;
 };
 
-Config saving_config() {
+Config eight_steps_saved_every_other() {
   Config config = tiny_config();
   config.train.iterations = 8;
   config.train.checkpoint_every = 2;
@@ -78,7 +78,7 @@ void check_resumes_to(const std::string& expected, TrainCommand train) {
 
 TEST_CASE("a disk that fills up ends training in one line; the checkpoint before stands, and the run goes on from it") {
   const TemporaryFolder folder;
-  const TrainCommand whole(folder, saving_config());
+  const TrainCommand whole(folder, eight_steps_saved_every_other());
   REQUIRE(whole().exit_code == 0);
   const std::string expected = file_text(whole.run / "checkpoint.bin");
   uintmax_t others = 0;
@@ -115,7 +115,7 @@ TEST_CASE("a disk that fills up ends training in one line; the checkpoint before
 
 TEST_CASE("a quota that lets no checkpoint through ends training in one line, and loses none that there was") {
   const TemporaryFolder whole_folder, folder;
-  Config config = saving_config();
+  Config config = eight_steps_saved_every_other();
   const TrainCommand whole(whole_folder, config);
   REQUIRE(whole().exit_code == 0);
   const std::string expected = file_text(whole.run / "checkpoint.bin");

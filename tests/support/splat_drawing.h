@@ -10,6 +10,9 @@ namespace degas::test {
 /// Over which draw() draws: exact in float.
 constexpr std::array<double, 3> drawing_background = {0.25, 0.5, 0.75};
 
+/// The rotation that turns nothing.
+constexpr std::array<double, 4> upright = {1, 0, 0, 0};
+
 /// What a device made of a scene. Floats are held exactly.
 struct Drawn {
   std::vector<double> color, alpha;

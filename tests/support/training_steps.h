@@ -1,8 +1,11 @@
 #pragma once
 
 #include <limits>
+#include <sstream>
 
+#include "model/train/run_folder.h"
 #include "model/train/trainer.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/test_devices.h"
 
 namespace degas::test {
@@ -17,6 +20,14 @@ inline TrainingBudget budget_of(int64_t iterations) {
   TrainingBudget budget;
   budget.iterations = iterations;
   return budget;
+}
+
+/// The lines of a run's history.jsonl.
+inline std::vector<nlohmann::json> history_of(const RunFolder& run) {
+  std::vector<nlohmann::json> lines;
+  std::istringstream stream(file_text(run.history_file()));
+  for (std::string line; std::getline(stream, line);) lines.push_back(nlohmann::json::parse(line));
+  return lines;
 }
 
 /// Steps until `stop_at` (or the end of the config's iterations).

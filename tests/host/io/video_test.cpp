@@ -11,7 +11,7 @@ using Catch::Contains;
 
 namespace {
 
-Image8 gradient(int width, int height, int shift = 0) {
+Image8 shifted_gradient(int width, int height, int shift = 0) {
   Image8 image = Image8::black(width, height, 3);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
@@ -26,7 +26,7 @@ Image8 gradient(int width, int height, int shift = 0) {
 TEST_CASE("lossless videos keep every bit and seek to the frame") {
   const TemporaryFolder folder;
   VideoWriter writer(folder / "a.mp4", 51, 30, 25, VideoQuality::Lossless);
-  for (int i = 0; i < 40; ++i) writer.write(gradient(51, 30, 5 * i));
+  for (int i = 0; i < 40; ++i) writer.write(shifted_gradient(51, 30, 5 * i));
   CHECK(!std::filesystem::exists(folder / "a.mp4"));
   writer.finish();
   VideoReader reader(folder / "a.mp4");
@@ -37,7 +37,7 @@ TEST_CASE("lossless videos keep every bit and seek to the frame") {
   for (const int i : {0, 1, 5, 39, 2, 30, 30}) {
     reader.seek(i);
     REQUIRE(reader.read(frame));
-    const bool equal = cropped(frame, 0, 0, 51, 30).pixels == gradient(51, 30, 5 * i).pixels;
+    const bool equal = cropped(frame, 0, 0, 51, 30).pixels == shifted_gradient(51, 30, 5 * i).pixels;
     CAPTURE(i);
     CHECK(equal);
   }
@@ -48,10 +48,10 @@ TEST_CASE("viewing videos take odd sizes; an unfinished one leaves nothing") {
   const TemporaryFolder folder;
   {
     VideoWriter writer(folder / "a.mp4", 33, 31, 30, VideoQuality::Viewing);
-    for (int i = 0; i < 3; ++i) writer.write(gradient(33, 31));
+    for (int i = 0; i < 3; ++i) writer.write(shifted_gradient(33, 31));
     writer.finish();
     VideoWriter unfinished(folder / "b.mp4", 33, 31, 30, VideoQuality::Viewing);
-    unfinished.write(gradient(33, 31));
+    unfinished.write(shifted_gradient(33, 31));
   }
   int files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path())) ++files;

@@ -12,12 +12,12 @@ using namespace degas::test;
 namespace {
 
 /// Head maps of side x side texels and a base for every texel whose number leaves 0 or 2 when divided by 5.
-struct Scene {
+struct AtlasMaps {
   AssemblyMaps maps;
   GaussianBase base;
   std::vector<int32_t> texels;
 
-  Scene(Device& device, int side, bool leading_one) {
+  AtlasMaps(Device& device, int side, bool leading_one) {
     const auto shape = [&](int64_t channels) {
       return leading_one ? Shape{1, side, side, channels} : Shape{side, side, channels};
     };
@@ -36,7 +36,7 @@ struct Scene {
 TEST_CASE("assembly equals the formulas") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const int side = GENERATE(1, 3, 16, 37);
-  const Scene scene(device, side, GENERATE(false, true));
+  const AtlasMaps scene(device, side, GENERATE(false, true));
   Tape tape(device, false);
   const CanonicalGaussians got = assemble(tape, scene.maps, scene.base, {0.05, 0.3});
 
@@ -76,7 +76,7 @@ TEST_CASE("assembly equals the formulas") {
 
 TEST_CASE("assembly gradients pass finite differences and are zero at texels without a Gaussian") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
-  Scene scene(device, 7, true);
+  AtlasMaps scene(device, 7, true);
   for (Tensor* map :
        {&scene.maps.positions, &scene.maps.rotations_scales, &scene.maps.colors_opacities, &scene.maps.harmonics}) {
     map->set_requires_gradient();
@@ -97,7 +97,7 @@ TEST_CASE("assembly gradients pass finite differences and are zero at texels wit
 
 TEST_CASE("maps of which only some outputs are used get the gradients of those") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  Scene scene(device, 6, false);
+  AtlasMaps scene(device, 6, false);
   scene.maps.positions.set_requires_gradient();
   scene.maps.colors_opacities.set_requires_gradient();
   Tape tape(device);
@@ -109,7 +109,7 @@ TEST_CASE("maps of which only some outputs are used get the gradients of those")
 
 TEST_CASE("a NaN in the colour map is not turned into black") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  Scene scene(device, 1, false);
+  AtlasMaps scene(device, 1, false);
   const std::vector<double> broken = {NAN, 0, -9, 0};
   scene.maps.colors_opacities.upload(std::span<const double>(broken));
   Tape tape(device, false);

@@ -13,7 +13,7 @@ namespace {
 
 enum class Bias { None, Tied, Untied };
 
-struct Case {
+struct ConvolutionCase {
   int batch, height, width, channels, output_channels, kernel;
   Conv2dOptions options;
   Bias bias;
@@ -29,14 +29,14 @@ struct Case {
   }
 };
 
-std::ostream& operator<<(std::ostream& stream, const Case& c) {
+std::ostream& operator<<(std::ostream& stream, const ConvolutionCase& c) {
   return stream << to_string(c.input_shape()) << " * " << to_string(c.weight_shape()) << " stride " << c.options.stride
                 << " padding " << c.options.padding << " slope " << c.options.negative_slope << " bias "
                 << static_cast<int>(c.bias);
 }
 
 /// The definition, term by term.
-std::vector<double> naive(const Case& c, const std::vector<double>& input, const std::vector<double>& weight,
+std::vector<double> naive(const ConvolutionCase& c, const std::vector<double>& input, const std::vector<double>& weight,
                           const std::vector<double>& bias) {
   const int out_height = c.output_size(c.height), out_width = c.output_size(c.width);
   const int depth = c.channels / c.options.groups, out_depth = c.output_channels / c.options.groups;
@@ -72,7 +72,7 @@ std::vector<double> naive(const Case& c, const std::vector<double>& input, const
 
 TEST_CASE("conv2d equals the plain loops", "[large]") {
   const auto set = GENERATE(from_range(kernel_sets()));
-  const Case c = GENERATE(values<Case>({
+  const ConvolutionCase c = GENERATE(values<ConvolutionCase>({
       {1, 5, 7, 3, 5, 3, {1, 1, 1, 0.2}, Bias::Untied},
       {2, 6, 5, 16, 32, 3, {1, 1, 1, 1}, Bias::Tied},
       {1, 9, 11, 17, 33, 3, {2, 1, 1, 0.2}, Bias::None},
@@ -116,7 +116,7 @@ TEST_CASE("conv2d equals the plain loops", "[large]") {
 
 TEST_CASE("conv2d gradients pass finite differences", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
-  const Case c = GENERATE(values<Case>({
+  const ConvolutionCase c = GENERATE(values<ConvolutionCase>({
       {1, 5, 7, 3, 5, 3, {1, 1, 1, 0.2}, Bias::Untied},
       {2, 5, 4, 16, 32, 3, {1, 1, 1, 1}, Bias::Untied},
       {1, 9, 8, 17, 33, 3, {2, 1, 1, 0.2}, Bias::Tied},

@@ -17,10 +17,10 @@ namespace {
 
 const Eigen::Vector3d camera_center(0.3, -0.2, 1.5);
 
-struct Scene {
+struct ColouredSplats {
   Tensor positions, rotations, base_colors, harmonics;
 
-  Scene(Device& device, int64_t count, int degree)
+  ColouredSplats(Device& device, int64_t count, int degree)
       : positions(random_tensor(device, {count, 3}, 1, -3, 3)),
         rotations(random_tensor(device, {count, 4}, 5, -2, 2)),
         base_colors(random_tensor(device, {count, 3}, 2, 0.2, 1)),
@@ -55,7 +55,7 @@ struct Scene {
 
 TEST_CASE("colours seen from a camera are the base plus spherical harmonics, at least 0") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  const Scene scene(device, GENERATE(1, 16, 83), GENERATE(1, 2, 3));
+  const ColouredSplats scene(device, GENERATE(1, 16, 83), GENERATE(1, 2, 3));
   Tape tape(device, false);
   const std::vector<double> expected = scene.reference();
   CHECK(largest_difference(scene.seen(tape).to_host<double>(), expected) < 3e-6);
@@ -64,7 +64,7 @@ TEST_CASE("colours seen from a camera are the base plus spherical harmonics, at 
 
 TEST_CASE("gradients of seen colours pass finite differences") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
-  Scene scene(device, 19, GENERATE(1, 2, 3));
+  ColouredSplats scene(device, 19, GENERATE(1, 2, 3));
   for (Tensor* input : {&scene.positions, &scene.rotations, &scene.base_colors, &scene.harmonics}) {
     input->set_requires_gradient();
   }
@@ -104,7 +104,7 @@ TEST_CASE("splatting draws Gaussians in the colours that its camera sees, and di
 
 TEST_CASE("places without a direction and numbers that are none stay where they are") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  Scene scene(device, 3, 2);
+  ColouredSplats scene(device, 3, 2);
   std::vector<double> positions = scene.positions.to_host<double>();
   for (int c = 0; c < 3; ++c) positions[c] = camera_center[c];
   positions[3] = NAN;
@@ -128,7 +128,7 @@ TEST_CASE("places without a direction and numbers that are none stay where they 
 
 TEST_CASE("coefficients of no degree are refused") {
   Device& device = test::device(KernelSet::Wide);
-  Scene scene(device, 2, 1);
+  ColouredSplats scene(device, 2, 1);
   scene.harmonics = Tensor::zeros(device, {2, 4, 3});
   Tape tape(device, false);
   CHECK_THROWS_AS(scene.seen(tape), std::logic_error);

@@ -13,7 +13,7 @@ using namespace degas::test;
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
 /// A tree with branches, long chains and a joint whose number is far from its parent's.
 struct Tree {

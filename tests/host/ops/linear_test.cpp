@@ -8,7 +8,7 @@ using namespace degas::test;
 
 namespace {
 
-struct Case {
+struct LinearCase {
   int batch, inputs, outputs;
   bool bias;
   double slope;
@@ -18,8 +18,8 @@ struct Case {
 
 TEST_CASE("linear equals the plain loop") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  const Case c = GENERATE(Case{1, 1, 1, true, 1}, Case{3, 65, 17, false, 0.2}, Case{2, 200, 131, true, 0.2},
-                          Case{1, 512, 64, true, 0});
+  const LinearCase c = GENERATE(LinearCase{1, 1, 1, true, 1}, LinearCase{3, 65, 17, false, 0.2},
+                                LinearCase{2, 200, 131, true, 0.2}, LinearCase{1, 512, 64, true, 0});
   const Tensor input = random_tensor(device, {c.batch, c.inputs}, 1),
                weight = random_tensor(device, {c.inputs, c.outputs}, 2);
   const Tensor bias = c.bias ? random_tensor(device, {c.outputs}, 3) : Tensor();
@@ -39,7 +39,8 @@ TEST_CASE("linear equals the plain loop") {
 
 TEST_CASE("linear's gradient passes finite differences") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
-  const Case c = GENERATE(Case{1, 1, 1, true, 1}, Case{3, 65, 17, false, 0.2}, Case{2, 70, 131, true, 0.2});
+  const LinearCase c =
+      GENERATE(LinearCase{1, 1, 1, true, 1}, LinearCase{3, 65, 17, false, 0.2}, LinearCase{2, 70, 131, true, 0.2});
   std::vector<Tensor> inputs = {random_tensor(device, {c.batch, c.inputs}, 1),
                                 random_tensor(device, {c.inputs, c.outputs}, 2)};
   if (c.bias) inputs.push_back(random_tensor(device, {c.outputs}, 3));

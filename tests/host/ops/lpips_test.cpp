@@ -30,7 +30,7 @@ std::vector<LpipsLayer> tiny_network() {
            vectors().read("lin1").floats()}};
 }
 
-Tensor read(Device& device, const std::string& key) {
+Tensor stored_tensor(Device& device, const std::string& key) {
   const NpyArray array = vectors().read(key);
   return Tensor::from(device, array.shape, std::span<const double>(array.doubles()));
 }
@@ -42,7 +42,7 @@ TEST_CASE("LPIPS on a tiny network equals torch, value and gradient") {
   const auto real = GENERATE(Real::Float, Real::Double);
   Device& device = test::device(set, real);
   const Lpips lpips(device, tiny_network());
-  const Tensor image = read(device, "image").set_requires_gradient(), target = read(device, "target");
+  const Tensor image = stored_tensor(device, "image").set_requires_gradient(), target = stored_tensor(device, "target");
   Tape tape(device);
   const Tensor distance = lpips.distance(tape, image, target);
   tape.backward(distance);
@@ -56,7 +56,7 @@ TEST_CASE("LPIPS on a tiny network equals torch, value and gradient") {
 TEST_CASE("the gradient of LPIPS passes finite differences") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
   const Lpips lpips(device, tiny_network());
-  const Tensor image = read(device, "image").set_requires_gradient(), target = read(device, "target");
+  const Tensor image = stored_tensor(device, "image").set_requires_gradient(), target = stored_tensor(device, "target");
   const auto function = [&](Tape& tape, const std::vector<Tensor>& in) {
     return std::vector{lpips.distance(tape, in[0], target)};
   };
@@ -66,7 +66,7 @@ TEST_CASE("the gradient of LPIPS passes finite differences") {
 TEST_CASE("LPIPS of an image with itself is 0 with a zero gradient; features of length zero give none") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const Lpips lpips(device, tiny_network());
-  const Tensor image = read(device, "image").set_requires_gradient();
+  const Tensor image = stored_tensor(device, "image").set_requires_gradient();
   Tape tape(device);
   const Tensor distance = lpips.distance(tape, image, image);
   tape.backward(distance);

@@ -16,15 +16,15 @@ using namespace degas::test;
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
-struct Scene {
+struct SkinnedPoints {
   int count, influences, joints;
   std::vector<double> positions, rotations, weights, matrices, joint_rotations;
   std::vector<int32_t> influence_joints;
 
   /// Random points and joints; some influences of weight zero at the end, as the atlas writes them.
-  Scene(int count, int influences, int joints) : count(count), influences(influences), joints(joints) {
+  SkinnedPoints(int count, int influences, int joints) : count(count), influences(influences), joints(joints) {
     positions = random_values(count * 3, 1);
     rotations = random_values(count * 4, 2);
     matrices = random_values(joints * 12, 3);
@@ -66,7 +66,7 @@ Eigen::Quaterniond quaternion_at(const std::vector<double>& values, int index) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-std::vector<double> expected_positions(const Scene& scene) {
+std::vector<double> expected_positions(const SkinnedPoints& scene) {
   std::vector<double> result;
   for (int i = 0; i < scene.count; ++i) {
     Eigen::Vector3d total = Eigen::Vector3d::Zero();
@@ -82,7 +82,7 @@ std::vector<double> expected_positions(const Scene& scene) {
   return result;
 }
 
-std::vector<double> expected_rotations(const Scene& scene) {
+std::vector<double> expected_rotations(const SkinnedPoints& scene) {
   std::vector<double> result;
   for (int i = 0; i < scene.count; ++i) {
     Eigen::Vector4d blend = Eigen::Vector4d::Zero();
@@ -107,7 +107,7 @@ TEST_CASE("skinning equals the plain loops") {
   const int influences = GENERATE(1, 4, 8);
   Device& device = test::device(set);
   Tape tape(device, false);
-  const Scene scene(count, influences, 55);
+  const SkinnedPoints scene(count, influences, 55);
   CHECK(largest_difference(
             skin_positions(tape, scene.position_tensor(device), scene.skinning(device), scene.transforms(device))
                 .to_host<double>(),
@@ -123,7 +123,7 @@ TEST_CASE("skinning gradients pass finite differences") {
   // More than one block of Gaussians in both kernel sets, the last one partial; fewer joints and more than a
   // work-group.
   const int joints = GENERATE(5, 70);
-  const Scene scene(600, 4, joints);
+  const SkinnedPoints scene(600, 4, joints);
   const SkinningWeights skinning = scene.skinning(device);
   JointTransforms transforms = scene.transforms(device);
   transforms.matrices.set_requires_gradient();
@@ -142,7 +142,7 @@ TEST_CASE("skinning gradients pass finite differences") {
 
 TEST_CASE("the gradient of refined poses goes through skinning and kinematics") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
-  const Scene scene(40, 3, 5);
+  const SkinnedPoints scene(40, 3, 5);
   const std::vector<int32_t> parents = {-1, 0, 1, 1, 3};
   const Tensor rest = random_tensor(device, {5, 3}, 21),
                tree = Tensor::from(device, {5}, std::span<const int32_t>(parents));
@@ -158,7 +158,7 @@ TEST_CASE("the gradient of refined poses goes through skinning and kinematics") 
 
 TEST_CASE("joint gradients have the same bits in every run", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  const Scene scene(5000, 8, 55);
+  const SkinnedPoints scene(5000, 8, 55);
   const auto gradients = [&] {
     JointTransforms transforms = scene.transforms(device);
     transforms.matrices.set_requires_gradient();
@@ -212,7 +212,7 @@ TEST_CASE("a twist of 180 degrees shared by halves stays a rotation") {
 
 TEST_CASE("turning the root turns what a camera sees as turning the camera does") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  const Scene scene(50, 4, 6);
+  const SkinnedPoints scene(50, 4, 6);
   const std::vector<int32_t> parents = {-1, 0, 1, 1, 3, 0};
   const std::vector<double> rest = random_values(18, 41);
   const Eigen::Vector3d pelvis(rest[0], rest[1], rest[2]), shift(0.2, 0.1, -0.3);

@@ -13,8 +13,6 @@ using namespace degas::test;
 
 namespace {
 
-constexpr std::array<double, 4> upright = {1, 0, 0, 0};
-
 /// Six splats within the left twelve columns of plain_camera.
 SplatScene left_scene() {
   SplatScene scene;

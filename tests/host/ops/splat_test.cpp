@@ -8,7 +8,7 @@
 #include "host/autograd/gradient_check.h"
 #include "host/ops/pointwise.h"
 #include "host/ops/reduction.h"
-#include "tests/support/splat_reference.h"
+#include "tests/support/splat_drawing.h"
 #include "tests/support/test_devices.h"
 
 using namespace degas;
@@ -17,7 +17,6 @@ using namespace degas::test;
 namespace {
 
 constexpr std::array<double, 3> background = {0.2, 0.5, 0.9};
-constexpr std::array<double, 4> upright = {1, 0, 0, 0};
 
 /// Largest error of the tape's gradients against finite differences, with the smooth cut-off.
 double gradient_error(Device& device, const SplatScene& scene, const Camera& camera, SplatOptions options = {}) {

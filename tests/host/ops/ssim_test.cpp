@@ -12,7 +12,7 @@ using namespace degas::test;
 
 namespace {
 
-Tensor read(Device& device, const NpzFile& file, const std::string& key) {
+Tensor stored_image(Device& device, const NpzFile& file, const std::string& key) {
   const NpyArray array = file.read(key);
   return Tensor::from(device, array.shape, std::span<const double>(array.doubles()));
 }
@@ -29,8 +29,8 @@ TEST_CASE("L1 + SSIM and its gradient equal torch in double precision, borders i
   const std::string name = GENERATE("small", "odd", "wide", "gray", "figures");
   Device& device = test::device(set, real);
   const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/ssim.npz");
-  const Tensor image = read(device, file, name + "_image").set_requires_gradient(),
-               target = read(device, file, name + "_target");
+  const Tensor image = stored_image(device, file, name + "_image").set_requires_gradient(),
+               target = stored_image(device, file, name + "_target");
   Tape tape(device);
   const Tensor loss = l1_ssim_loss(tape, image, target, 0.2);
   tape.backward(loss);
@@ -49,8 +49,8 @@ TEST_CASE("SSIM as a measure covers the valid region") {
   const std::string name = GENERATE("odd", "wide", "gray");
   Device& device = test::device(set);
   const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/ssim.npz");
-  const double value =
-      ssim(read(device, file, name + "_image"), read(device, file, name + "_target")).to_host<double>()[0];
+  const double value = ssim(stored_image(device, file, name + "_image"), stored_image(device, file, name + "_target"))
+                           .to_host<double>()[0];
   CHECK(value == Approx(file.read(name + "_ssim").doubles()[0]).epsilon(1e-6));
 }
 
@@ -87,9 +87,9 @@ TEST_CASE("the gradient of L1 + SSIM passes finite differences") {
 TEST_CASE("where two pictures share their background there is no gradient") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const NpzFile file(std::string(DEGAS_TEST_VECTORS) + "/ssim.npz");
-  const Tensor image = read(device, file, "figures_image").set_requires_gradient();
+  const Tensor image = stored_image(device, file, "figures_image").set_requires_gradient();
   Tape tape(device);
-  tape.backward(l1_ssim_loss(tape, image, read(device, file, "figures_target"), 0.2));
+  tape.backward(l1_ssim_loss(tape, image, stored_image(device, file, "figures_target"), 0.2));
   const std::vector<float> gradient = image.gradient().to_host<float>();
   const auto row = gradient.begin() + 8 * 180 * 3;
   CHECK(std::all_of(row, row + 50 * 3, [](float value) { return value == 0; }));

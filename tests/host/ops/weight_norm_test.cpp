@@ -13,7 +13,7 @@ using namespace degas::test;
 namespace {
 
 /// (groups, kernel, kernel, inputs of a group, outputs of a group)
-struct Case {
+struct WeightNormCase {
   int groups, kernel, inputs, outputs;
   Shape shape() const { return {groups, kernel, kernel, inputs, outputs}; }
 };
@@ -22,9 +22,9 @@ struct Case {
 
 TEST_CASE("weight_norm equals the plain loop") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
-  const Case c =
-      GENERATE(Case{1, 3, 5, 3}, Case{3, 3, 7, 17}, Case{2, 1, 16, 16}, Case{1, 1, 1, 1}, Case{1, 1, 300, 129},
-               Case{1, 1, 300, 257}, Case{3, 3, 90, 33});
+  const WeightNormCase c = GENERATE(
+      WeightNormCase{1, 3, 5, 3}, WeightNormCase{3, 3, 7, 17}, WeightNormCase{2, 1, 16, 16}, WeightNormCase{1, 1, 1, 1},
+      WeightNormCase{1, 1, 300, 129}, WeightNormCase{1, 1, 300, 257}, WeightNormCase{3, 3, 90, 33});
   const Tensor v = random_tensor(device, c.shape(), 1), gain = random_tensor(device, {c.groups * c.outputs}, 2);
   const std::vector<double> values = v.to_host<double>(), g = gain.to_host<double>();
   double square = 0;
@@ -66,8 +66,9 @@ TEST_CASE("weight_norm of zeros is zeros, with a finite gradient") {
 
 TEST_CASE("weight_norm's gradient passes finite differences") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())), Real::Double);
-  const Case c = GENERATE(Case{1, 3, 5, 3}, Case{3, 3, 5, 17}, Case{2, 1, 16, 16}, Case{1, 1, 70, 33},
-                          Case{1, 1, 300, 257}, Case{3, 3, 90, 33});
+  const WeightNormCase c =
+      GENERATE(WeightNormCase{1, 3, 5, 3}, WeightNormCase{3, 3, 5, 17}, WeightNormCase{2, 1, 16, 16},
+               WeightNormCase{1, 1, 70, 33}, WeightNormCase{1, 1, 300, 257}, WeightNormCase{3, 3, 90, 33});
   const Tensor v = random_tensor(device, c.shape(), 1).set_requires_gradient();
   const Tensor gain = random_tensor(device, {c.groups * c.outputs}, 2).set_requires_gradient();
   const auto function = [&](Tape& tape, const std::vector<Tensor>& in) {

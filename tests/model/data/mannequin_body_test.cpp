@@ -12,7 +12,7 @@ using namespace degas;
 
 namespace {
 
-const MannequinBody& body() {
+const MannequinBody& built_body() {
   static const MannequinBody built = build_mannequin();
   return built;
 }
@@ -25,18 +25,18 @@ bool on_head(MannequinChart chart) {
 
 TEST_CASE("the mannequin is a person of normal size on the floor, left and right alike") {
   Eigen::AlignedBox3d box;
-  for (const auto& p : body().mesh.vertices) box.extend(p);
+  for (const auto& p : built_body().mesh.vertices) box.extend(p);
   CHECK(box.min().y() > -0.01);
   CHECK(box.min().y() < 0.02);
   CHECK(box.max().y() > 1.70);
   CHECK(box.max().y() < 1.85);
   CHECK(box.min().x() == Approx(-box.max().x()).margin(1e-6));
-  CHECK(body().mesh.vertices.size() > 6000);
-  CHECK(body().mesh.vertices.size() < 12500);
+  CHECK(built_body().mesh.vertices.size() > 6000);
+  CHECK(built_body().mesh.vertices.size() < 12500);
   // Inside is volume: a closed, outward surface of 60 to 100 litres (eyes, teeth and cavity hardly count).
   double volume = 0;
-  for (const auto& t : body().mesh.triangles) {
-    const auto& v = body().mesh.vertices;
+  for (const auto& t : built_body().mesh.triangles) {
+    const auto& v = built_body().mesh.vertices;
     volume += v[t[0]].dot(v[t[1]].cross(v[t[2]])) / 6;
   }
   CHECK(volume > 0.060);
@@ -45,7 +45,7 @@ TEST_CASE("the mannequin is a person of normal size on the floor, left and right
 
 TEST_CASE("the skin is one surface: every edge of it has two triangles, turned alike") {
   std::map<std::pair<int, int>, int> edges;
-  const auto& mesh = body().mesh;
+  const auto& mesh = built_body().mesh;
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     const MannequinChart chart = mesh.triangle_charts[i];
     const bool loose = chart == MannequinChart::UpperTeeth || chart == MannequinChart::LowerTeeth ||
@@ -63,7 +63,7 @@ TEST_CASE("the skin is one surface: every edge of it has two triangles, turned a
 }
 
 TEST_CASE("skinning weights and joint regressor are convex or affine combinations") {
-  const auto& built = body();
+  const auto& built = built_body();
   CHECK((built.weights.rowwise().sum().array() - 1).abs().maxCoeff() < 1e-5);
   CHECK(built.weights.minCoeff() >= 0);
   CHECK((built.joint_regressor.rowwise().sum().array() - 1).abs().maxCoeff() < 1e-5);
@@ -78,7 +78,7 @@ TEST_CASE("skinning weights and joint regressor are convex or affine combination
 }
 
 TEST_CASE("the head lies in the top-left quarter of the atlas and nothing else does") {
-  const auto& mesh = body().mesh;
+  const auto& mesh = built_body().mesh;
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector2d uv = mesh.texture_vertices[mesh.texture_triangles[i][k]];
@@ -92,7 +92,7 @@ TEST_CASE("the head lies in the top-left quarter of the atlas and nothing else d
 TEST_CASE("no texel of the atlas belongs to two triangles") {
   constexpr int size = 768;
   std::vector<int> owner(size * size, -1);
-  const auto& mesh = body().mesh;
+  const auto& mesh = built_body().mesh;
   int covered = 0, shared = 0;
   const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); };
   for (size_t i = 0; i < mesh.texture_triangles.size(); ++i) {
@@ -117,7 +117,7 @@ TEST_CASE("no texel of the atlas belongs to two triangles") {
 }
 
 TEST_CASE("the jaw joint opens the mouth and lids close over the eyes") {
-  const auto& built = body();
+  const auto& built = built_body();
   MannequinPose open;
   open.axis_angles[22] = {0.3, 0, 0};
   const auto rest = pose_body(built, {}), opened = pose_body(built, open);
@@ -153,22 +153,22 @@ TEST_CASE("the jaw joint opens the mouth and lids close over the eyes") {
 
 TEST_CASE("the body file has the SMPL-X layout and gives the body back") {
   const auto path = std::filesystem::temp_directory_path() / "degas_mannequin_body_test.npz";
-  write_mannequin_body(path, body());
+  write_mannequin_body(path, built_body());
   const NpzFile file(path);
-  const auto count = static_cast<int64_t>(body().mesh.vertices.size());
+  const auto count = static_cast<int64_t>(built_body().mesh.vertices.size());
   const auto vertices = file.read("v_template", {count, 3}).doubles();
-  CHECK(vertices[3 * 100 + 1] == Approx(body().mesh.vertices[100].y()));
+  CHECK(vertices[3 * 100 + 1] == Approx(built_body().mesh.vertices[100].y()));
   const auto shapes = file.read("shapedirs", {count, 3, 400}).floats();
   const Eigen::Index row = 3 * 4000;
   for (int e = 0; e < mannequin_expression_count; ++e) {
-    CHECK(shapes[static_cast<size_t>(row) * 400 + 300 + e] == body().expressions(row, e));
+    CHECK(shapes[static_cast<size_t>(row) * 400 + 300 + e] == built_body().expressions(row, e));
   }
   file.read("posedirs", {count, 3, 486});
   file.read("J_regressor", {55, count});
   file.read("weights", {count, 55});
   CHECK(file.read("kintree_table", {2, 55}).integers()[0] == -1);
   const auto triangles = file.read("f", {-1, 3}), texture_triangles = file.read("ft", triangles.shape);
-  CHECK(triangles.integers().size() == 3 * body().mesh.triangles.size());
+  CHECK(triangles.integers().size() == 3 * built_body().mesh.triangles.size());
   file.read("vt", {-1, 2});
   for (const char* key : {"hands_meanl", "hands_meanr"}) file.read(key, {45});
   for (const char* key : {"hands_componentsl", "hands_componentsr"}) file.read(key, {45, 45});
@@ -177,18 +177,18 @@ TEST_CASE("the body file has the SMPL-X layout and gives the body back") {
 
 TEST_CASE("the loader of body models poses the written body as the mannequin poses itself") {
   const auto path = std::filesystem::temp_directory_path() / "degas_mannequin_loader_test.npz";
-  write_mannequin_body(path, body());
+  write_mannequin_body(path, built_body());
   const BodyModel model = BodyModel::load(path);
   std::filesystem::remove(path);
   CHECK(model.shape_count() == 300);
   CHECK(model.expression_count() == 100);
   for (const double time : {0.05, 0.4, 0.77}) {
-    const MannequinPose state = mannequin_motion(MannequinSequence::Training, time, 3, body().skeleton);
+    const MannequinPose state = mannequin_motion(MannequinSequence::Training, time, 3, built_body().skeleton);
     Pose pose;
     pose.axis_angles.assign(state.axis_angles.begin(), state.axis_angles.end());
     pose.translation = state.translation;
     pose.expression.assign(state.expression.begin(), state.expression.end());
-    const auto expected = pose_body(body(), state), actual = model.posed_vertices(pose, {}, true);
+    const auto expected = pose_body(built_body(), state), actual = model.posed_vertices(pose, {}, true);
     REQUIRE(actual.size() == expected.size());
     double largest = 0;
     for (size_t v = 0; v < actual.size(); ++v) largest = std::max(largest, (actual[v] - expected[v]).norm());

@@ -11,7 +11,7 @@ using Eigen::Vector3f;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// A mesh that owns what a LitScene refers to.
 struct TestMesh {

@@ -19,7 +19,7 @@ NpyArray hand_array(int64_t columns, unsigned seed) {
   return NpyArray::from({small_frames, columns}, random_values(small_frames * columns, seed));
 }
 
-struct Parameters {
+struct WrittenParameters {
   TemporaryFolder folder;
   std::map<std::string, NpyArray> arrays = small_smpl_params();
 
@@ -35,7 +35,7 @@ struct Parameters {
 }  // namespace
 
 TEST_CASE("hands of fewer columns than angles are coefficients of principal components") {
-  Parameters parameters;
+  WrittenParameters parameters;
   const int64_t count = GENERATE(int64_t{1}, int64_t{6}, int64_t{12}, int64_t{44});
   const NpyArray hands[] = {hand_array(count, 1), hand_array(count, 2)};
   parameters.arrays["left_hand_pose"] = hands[0];
@@ -58,7 +58,7 @@ TEST_CASE("hands of fewer columns than angles are coefficients of principal comp
 }
 
 TEST_CASE("hands of 45 columns are angles unless the file says that they are all components") {
-  Parameters parameters;
+  WrittenParameters parameters;
   const auto [arguments, are_coefficients] =
       GENERATE(table<std::string, bool>({{"{}", false},
                                          {R"({"use_pca": false, "num_pca_comps": 45})", false},
@@ -78,7 +78,7 @@ TEST_CASE("hands of 45 columns are angles unless the file says that they are all
 }
 
 TEST_CASE("hands that are neither angles nor coefficients are refused with key and shape") {
-  Parameters parameters;
+  WrittenParameters parameters;
   auto& arrays = parameters.arrays;
   arrays["left_hand_pose"] = hand_array(12, 1);
   CHECK_THROWS_WITH(parameters.read(), Contains("params.npz: 'right_hand_pose' has shape (6, 45), expected (6, 12)"));
@@ -100,7 +100,7 @@ TEST_CASE("hands that are neither angles nor coefficients are refused with key a
 }
 
 TEST_CASE("the person's shape stands once, or beside each pose") {
-  Parameters parameters;
+  WrittenParameters parameters;
   const auto betas = [&](const Shape& shape, const std::vector<float>& values) {
     parameters.arrays["betas"] = NpyArray::from(shape, values);
   };

@@ -16,13 +16,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const MannequinBody& body() {
+const MannequinBody& undressed_body() {
   static const MannequinBody built = build_mannequin();
   return built;
 }
 
 const DressedMannequin& person() {
-  static const DressedMannequin dressed(body());
+  static const DressedMannequin dressed(undressed_body());
   return dressed;
 }
 
@@ -108,7 +108,8 @@ TEST_CASE("every camera sees the whole person, large in the picture") {
   for (const MannequinSequence sequence : {MannequinSequence::Training, MannequinSequence::Novel}) {
     int outside = 0, points = 0;
     for (int frame = 0; frame < 48; ++frame) {
-      const auto vertices = pose_body(body(), mannequin_motion(sequence, (frame + 0.5) / 48, 1, body().skeleton));
+      const auto vertices =
+          pose_body(undressed_body(), mannequin_motion(sequence, (frame + 0.5) / 48, 1, undressed_body().skeleton));
       for (const Camera& camera : cameras) {
         double top = 1e9, bottom = -1e9;
         for (size_t v = 0; v < vertices.size(); v += 7) {
@@ -130,10 +131,10 @@ TEST_CASE("the motion stands on the floor, differs between sequences and stays w
   double jaw = 0, elbow = 0, novel_elbow = 0, apart = 0;
   for (int frame = 0; frame < 48; ++frame) {
     const double time = (frame + 0.5) / 48;
-    const MannequinPose training = mannequin_motion(MannequinSequence::Training, time, 1, body().skeleton);
-    const MannequinPose novel = mannequin_motion(MannequinSequence::Novel, time, 1, body().skeleton);
+    const MannequinPose training = mannequin_motion(MannequinSequence::Training, time, 1, undressed_body().skeleton);
+    const MannequinPose novel = mannequin_motion(MannequinSequence::Novel, time, 1, undressed_body().skeleton);
     double lowest = 1e9;
-    for (const auto& p : pose_body(body(), training)) lowest = std::min(lowest, p.y());
+    for (const auto& p : pose_body(undressed_body(), training)) lowest = std::min(lowest, p.y());
     CHECK(lowest > -0.06);
     CHECK(lowest < 0.04);
     for (int e = 0; e < mannequin_expression_count; ++e) largest[e] = std::max(largest[e], training.expression[e]);
@@ -187,7 +188,7 @@ TEST_CASE("face codes follow the expression, not the view, and noise grows with 
   CHECK(side_noise > 2 * noise);
   CHECK(signal > 5 * noise);
   Camera camera = synthetic_cameras({}).at(0);
-  CHECK(MannequinFaceEncoder::yaw(body().skeleton, neutral, camera) > 120);
+  CHECK(MannequinFaceEncoder::yaw(undressed_body().skeleton, neutral, camera) > 120);
 }
 
 TEST_CASE("a written capture reads back: same pictures, codes where the face shows, the body under the clothes") {
@@ -214,9 +215,9 @@ TEST_CASE("a written capture reads back: same pictures, codes where the face sho
     }
     bare.normals.assign(bare.positions.size(), Eigen::Vector3f::UnitY());
     bare.irradiance.assign(bare.positions.size(), Eigen::Vector3f::Zero());
-    const std::vector<std::array<Eigen::Vector2f, 3>> corners(body().mesh.triangles.size());
+    const std::vector<std::array<Eigen::Vector2f, 3>> corners(undressed_body().mesh.triangles.size());
     const MannequinTexture black{2, std::vector<Eigen::Vector4f>(4, Eigen::Vector4f::Zero())};
-    bare.triangles = &body().mesh.triangles;
+    bare.triangles = &undressed_body().mesh.triangles;
     bare.texture_coordinates = &corners;
     bare.texture = &black;
     for (int camera = 0; camera < 4; ++camera) {
@@ -237,7 +238,8 @@ TEST_CASE("a written capture reads back: same pictures, codes where the face sho
   }
   CHECK(codes > 0);
   // The video keeps every bit of the picture.
-  const MannequinPose state = mannequin_motion(MannequinSequence::Training, 0.5, options.seed, body().skeleton);
+  const MannequinPose state =
+      mannequin_motion(MannequinSequence::Training, 0.5, options.seed, undressed_body().skeleton);
   LitScene scene = person().pose(state);
   light_scene(scene, person().shadow_casters(), studio_lights(), 1);
   const RenderedPicture expected = rasterize(scene, synthetic_cameras(options)[2], 3);

@@ -11,9 +11,9 @@ using namespace degas::test;
 
 namespace {
 
-constexpr int side = 128, joints = 5;
+constexpr int side = 128, baseline_joints = 5;
 
-NetConfig small_config(NetKind kind, bool isotropic) {
+NetConfig baseline_config(NetKind kind, bool isotropic) {
   NetConfig config;
   config.kind = kind;
   config.isotropic = isotropic;
@@ -25,12 +25,13 @@ NetConfig small_config(NetKind kind, bool isotropic) {
 }
 
 std::unique_ptr<MapNetwork> small_network(Device& device, NetKind kind, bool isotropic = false) {
-  return make_network(device, small_config(kind, isotropic), 0,
-                      random_tensor(device, {side / 8, side / 8, joints}, 1, 1, 2), 1, {});
+  return make_network(device, baseline_config(kind, isotropic), 0,
+                      random_tensor(device, {side / 8, side / 8, baseline_joints}, 1, 1, 2), 1, {});
 }
 
-MapNetwork::Inputs random_inputs(Device& device, unsigned seed) {
-  return {random_tensor(device, {1, side, side, 3}, seed), random_tensor(device, {3 * joints}, seed + 1), {}, {}};
+MapNetwork::Inputs random_baseline_inputs(Device& device, unsigned seed) {
+  return {
+      random_tensor(device, {1, side, side, 3}, seed), random_tensor(device, {3 * baseline_joints}, seed + 1), {}, {}};
 }
 
 std::vector<Tensor> maps_of(Tape& tape, const MapNetwork& network, const MapNetwork::Inputs& inputs) {
@@ -70,7 +71,7 @@ TEST_CASE("each kind of network reads its own signals alone, and makes maps of a
   const NetKind kind = GENERATE(NetKind::Degas, NetKind::Static, NetKind::Skips, NetKind::Mlp);
   const auto network = small_network(device, kind);
   disturb(*network);
-  const MapNetwork::Inputs inputs = random_inputs(device, 10), others = random_inputs(device, 20);
+  const MapNetwork::Inputs inputs = random_baseline_inputs(device, 10), others = random_baseline_inputs(device, 20);
   Tape tape(device, false);
   const std::vector<Tensor> maps = maps_of(tape, *network, inputs);
   const int64_t channels[] = {3, 7, 4, 9};
@@ -93,7 +94,7 @@ TEST_CASE("isotropic heads: one scale, the base's rotation, one opacity") {
       small_network(device, GENERATE(NetKind::Degas, NetKind::Static, NetKind::Skips, NetKind::Mlp), true);
   disturb(*network);
   Tape tape(device, false);
-  const HeadMaps maps = network->decode(tape, random_inputs(device, 10));
+  const HeadMaps maps = network->decode(tape, random_baseline_inputs(device, 10));
   REQUIRE(maps.rotation_scale.dim(3) == 7);
   REQUIRE(maps.color_opacity.dim(3) == 4);
   const std::vector<double> shape = maps.rotation_scale.to_host<double>(), color = maps.color_opacity.to_host<double>();
@@ -113,7 +114,7 @@ TEST_CASE("gradients of every parameter of every kind pass finite differences") 
   const bool isotropic = kind == NetKind::Static;
   const auto network = small_network(device, kind, isotropic);
   disturb(*network);
-  const MapNetwork::Inputs inputs = random_inputs(device, 10);
+  const MapNetwork::Inputs inputs = random_baseline_inputs(device, 10);
   for (const auto& parameter : network->parameters().parameters()) Tensor(parameter.value).set_requires_gradient();
   Tape tape(device);
   std::vector<Tensor> maps = maps_of(tape, *network, inputs), seeds;
@@ -162,7 +163,7 @@ TEST_CASE("a step of every kind repeats to the bit and allocates nothing after t
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const auto network = small_network(device, GENERATE(NetKind::Static, NetKind::Skips, NetKind::Mlp), true);
   for (const auto& parameter : network->parameters().parameters()) Tensor(parameter.value).set_requires_gradient();
-  const MapNetwork::Inputs inputs = random_inputs(device, 10);
+  const MapNetwork::Inputs inputs = random_baseline_inputs(device, 10);
   const auto gradients = [&] {
     Tape tape(device);
     std::vector<Tensor> maps = maps_of(tape, *network, inputs), seeds;

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "host/io/image.h"
+#include "tests/model/study/variant_names.h"
 #include "tests/support/html_check.h"
 #include "tests/support/study_commands.h"
 
@@ -16,12 +17,6 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 namespace {
-
-std::vector<std::string> names_of(const std::vector<Variant>& variants) {
-  std::vector<std::string> names;
-  for (const Variant& variant : variants) names.push_back(variant.name);
-  return names;
-}
 
 Variant base_in(const TemporaryFolder& folder) {
   std::ofstream(folder / "base.json") << R"({"net": {"resolution": 256, "width": 0.5}})";

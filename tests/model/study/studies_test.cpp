@@ -7,6 +7,7 @@
 #include "host/error.h"
 #include "model/study/markdown_table.h"
 #include "model/study/published.h"
+#include "tests/model/study/variant_names.h"
 #include "tests/model/train/fake_capture.h"
 #include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
@@ -20,12 +21,6 @@ Variant base_of(const std::string& config = "{}") {
   const TemporaryFolder folder;
   std::ofstream(folder / "base.json") << config;
   return make_variant("base", folder / "base.json", {});
-}
-
-std::vector<std::string> names_of(const std::vector<Variant>& variants) {
-  std::vector<std::string> names;
-  for (const Variant& variant : variants) names.push_back(variant.name);
-  return names;
 }
 
 }  // namespace

@@ -9,8 +9,8 @@
 #include "model/data/synthetic_capture.h"
 #include "model/train/picture.h"
 #include "tests/support/catch.h"
-#include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
+#include "tests/support/training_steps.h"
 
 using namespace degas;
 using namespace degas::test;
@@ -19,17 +19,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Device& wide() {
-  return device(KernelSet::Wide);
-}
-
 /// A capture whose heads are large enough for the face's figures, and a run with refined poses on it.
-struct Trained {
+struct EvaluatedRun {
   TemporaryFolder folder;
   std::unique_ptr<Capture> capture, novel;
   std::unique_ptr<TrainedAvatar> avatar;
 
-  Trained() {
+  EvaluatedRun() {
     SyntheticOptions options;
     options.frames = 2;
     options.novel_frames = 1;
@@ -50,8 +46,8 @@ struct Trained {
   }
 };
 
-Trained& trained() {
-  static Trained once;
+EvaluatedRun& evaluated_run() {
+  static EvaluatedRun once;
   return once;
 }
 
@@ -63,7 +59,7 @@ EvaluationOptions options_for(std::vector<int> cameras, std::vector<int> frames,
   return options;
 }
 
-void ignore(int, int) {}
+void ignore_progress(int, int) {}
 
 /// Over all channels of an 8-bit picture.
 double psnr_of_files(const fs::path& a, const fs::path& b) {
@@ -86,9 +82,9 @@ std::set<std::string> names_in(const fs::path& folder) {
 }  // namespace
 
 TEST_CASE("an evaluation writes its figures and the pictures they can be made from again") {
-  const fs::path out = trained().folder / "evaluation";
+  const fs::path out = evaluated_run().folder / "evaluation";
   int calls = 0;
-  const EvaluationSummary summary = evaluate(wide(), *trained().avatar, *trained().capture,
+  const EvaluationSummary summary = evaluate(wide(), *evaluated_run().avatar, *evaluated_run().capture,
                                              options_for({1, 2}, {0, 1}, out), [&](int done, int total) {
                                                CHECK(done == ++calls);
                                                CHECK(total == 4);
@@ -105,14 +101,14 @@ TEST_CASE("an evaluation writes its figures and the pictures they can be made fr
         "frames", "cameras", "gaussians", "parameters", "decode_ms", "render_ms", "fps"}) {
     CAPTURE(key);
     REQUIRE(metrics.contains(key));
-    const bool measured =
-        std::string(key).find("lpips") == std::string::npos || !trained().avatar->config().loss.lpips_weights.empty();
+    const bool measured = std::string(key).find("lpips") == std::string::npos ||
+                          !evaluated_run().avatar->config().loss.lpips_weights.empty();
     CHECK(metrics[key].is_number() == measured);
   }
   CHECK(metrics["frames"] == 2);
   CHECK(metrics["cameras"] == 2);
   CHECK(metrics["refined_pictures"] == 4);
-  CHECK(metrics["gaussians"] == trained().avatar->avatar().gaussian_count());
+  CHECK(metrics["gaussians"] == evaluated_run().avatar->avatar().gaussian_count());
   CHECK(metrics["fps"].get<double>() ==
         Approx(1000 / (metrics["decode_ms"].get<double>() + metrics["render_ms"].get<double>())));
 
@@ -121,7 +117,7 @@ TEST_CASE("an evaluation writes its figures and the pictures they can be made fr
   for (const char* folder : {"truth", "render", "sheets"}) CHECK(names_in(out / folder) == names);
   for (const std::string& name : names) total += psnr_of_files(out / "truth" / name, out / "render" / name) / 4;
   CHECK(metrics["psnr"].get<double>() == Approx(total).epsilon(1e-5));
-  const Image8 truth = over_background(trained().capture->load(1, 2), {255, 255, 255});
+  const Image8 truth = over_background(evaluated_run().capture->load(1, 2), {255, 255, 255});
   const bool same_truth = read_image(out / "truth/cam02_000001.png").pixels == truth.pixels;
   CHECK(same_truth);
   CHECK(read_image(out / "sheets/cam02_000001.png").width == 3 * truth.width);
@@ -135,21 +131,22 @@ TEST_CASE("an evaluation writes its figures and the pictures they can be made fr
   for (const std::string& line : lines) CHECK(std::count(line.begin(), line.end(), ',') == 14);
 
   // Scored as given pictures, its own renders have the same figures to the bit.
-  EvaluationOptions options = options_for({}, {}, trained().folder / "again");
-  options.networks = default_metric_networks(trained().avatar->config().loss);
-  const EvaluationSummary again = evaluate_pictures(wide(), out / "render", EvaluationFolder(out), options, ignore);
+  EvaluationOptions options = options_for({}, {}, evaluated_run().folder / "again");
+  options.networks = default_metric_networks(evaluated_run().avatar->config().loss);
+  const EvaluationSummary again =
+      evaluate_pictures(wide(), out / "render", EvaluationFolder(out), options, ignore_progress);
   for (const auto& [key, value] : again.metrics.items()) {
     CAPTURE(key);
     CHECK(value == metrics.at(key));
   }
-  CHECK(file_text(trained().folder / "again/per_frame.csv") == file_text(out / "per_frame.csv"));
-  CHECK(file_text(trained().folder / "again/worst.png") == file_text(out / "worst.png"));
+  CHECK(file_text(evaluated_run().folder / "again/per_frame.csv") == file_text(out / "per_frame.csv"));
+  CHECK(file_text(evaluated_run().folder / "again/worst.png") == file_text(out / "worst.png"));
 }
 
 TEST_CASE("a novel sequence is never drawn with refined poses") {
-  const fs::path out = trained().folder / "novel";
+  const fs::path out = evaluated_run().folder / "novel";
   const EvaluationSummary summary =
-      evaluate(wide(), *trained().avatar, *trained().novel, options_for({1}, {0}, out), ignore);
+      evaluate(wide(), *evaluated_run().avatar, *evaluated_run().novel, options_for({1}, {0}, out), ignore_progress);
   CHECK(summary.pictures == 1);
   CHECK(summary.refined_pictures == 0);
   CHECK(summary.metrics["refined_pictures"] == 0);
@@ -165,7 +162,7 @@ TEST_CASE("frames without a picture are counted; none at all, or Ctrl-C, is an E
   capture.lacks_image = [](int frame, int) { return frame == 1; };
   const fs::path out = folder / "evaluation";
   SECTION("some") {
-    const EvaluationSummary summary = evaluate(wide(), avatar, capture, options_for({2}, {0, 1}, out), ignore);
+    const EvaluationSummary summary = evaluate(wide(), avatar, capture, options_for({2}, {0, 1}, out), ignore_progress);
     CHECK(summary.pictures == 1);
     CHECK(summary.without_picture == 1);
     CHECK(summary.without_face == 1);  // of 10 pixels: too small for SSIM
@@ -174,14 +171,14 @@ TEST_CASE("frames without a picture are counted; none at all, or Ctrl-C, is an E
     CHECK(summary.refined_pictures == 0);
   }
   SECTION("none") {
-    CHECK_THROWS_WITH(evaluate(wide(), avatar, capture, options_for({2}, {1}, out), ignore),
+    CHECK_THROWS_WITH(evaluate(wide(), avatar, capture, options_for({2}, {1}, out), ignore_progress),
                       Contains("none of the chosen frames and cameras has a picture"));
     CHECK_FALSE(fs::exists(out / "metrics.json"));
   }
   SECTION("interrupted") {
     EvaluationOptions options = options_for({2}, {0, 2}, out);
     options.stop_requested = [&] { return fs::exists(out / "render/cam02_000000.png"); };
-    CHECK_THROWS_WITH(evaluate(wide(), avatar, capture, options, ignore), Contains("interrupted"));
+    CHECK_THROWS_WITH(evaluate(wide(), avatar, capture, options, ignore_progress), Contains("interrupted"));
     CHECK_FALSE(fs::exists(out / "metrics.json"));
     CHECK(fs::exists(out / "truth/cam02_000000.png"));
   }

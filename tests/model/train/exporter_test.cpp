@@ -10,17 +10,13 @@
 #include "tests/support/catch.h"
 #include "tests/support/harmonics_reference.h"
 #include "tests/support/splat_reference.h"
-#include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
+#include "tests/support/training_steps.h"
 
 using namespace degas;
 using namespace degas::test;
 
 namespace {
-
-Device& wide() {
-  return device(KernelSet::Wide);
-}
 
 /// What a viewer at `center` makes of the file (the 3DGS convention).
 SplatScene read_as_viewers_do(const std::filesystem::path& path, const Eigen::Vector3d& center) {
@@ -51,11 +47,19 @@ TEST_CASE("an exported frame drawn by another renderer is our picture, and its m
   config.train.iterations = 30;
   config.train.refine_poses = true;
   config.net.color_degree = 2;
-  SECTION("colours of one value") { config.net.color_degree = 0; }
+  SECTION("colours of one value") {
+    config.net.color_degree = 0;
+  }
   SECTION("colours of a direction") {}
-  SECTION("static maps") { config.net.kind = NetKind::Static; }
-  SECTION("skips") { config.net.kind = NetKind::Skips; }
-  SECTION("a network per texel") { config.net.kind = NetKind::Mlp; }
+  SECTION("static maps") {
+    config.net.kind = NetKind::Static;
+  }
+  SECTION("skips") {
+    config.net.kind = NetKind::Skips;
+  }
+  SECTION("a network per texel") {
+    config.net.kind = NetKind::Mlp;
+  }
   const auto capture = open_scene();
   TrainedAvatar avatar(wide(), train_run(folder / "run", config, *capture));
   const int frame = 3;

@@ -8,8 +8,8 @@
 #include "host/io/checkpoint.h"
 #include "host/io/npz.h"
 #include "tests/support/catch.h"
-#include "tests/support/test_devices.h"
 #include "tests/support/training_scene.h"
+#include "tests/support/training_steps.h"
 
 using namespace degas;
 using namespace degas::test;
@@ -17,10 +17,6 @@ using Catch::Contains;
 namespace fs = std::filesystem;
 
 namespace {
-
-Device& wide() {
-  return device(KernelSet::Wide);
-}
 
 /// Twelve steps with refined poses, without a camera that sees the face.
 const RunFolder& trained() {

@@ -19,13 +19,6 @@ using Catch::Contains;
 
 namespace {
 
-std::vector<nlohmann::json> history_of(const RunFolder& run) {
-  std::vector<nlohmann::json> lines;
-  std::istringstream stream(file_text(run.history_file()));
-  for (std::string line; std::getline(stream, line);) lines.push_back(nlohmann::json::parse(line));
-  return lines;
-}
-
 const double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace

@@ -27,13 +27,6 @@ std::string trained_bytes(const Config& config, Device& device = wide()) {
   return file_text(run.checkpoint_file());
 }
 
-std::vector<nlohmann::json> history_of(const RunFolder& run) {
-  std::vector<nlohmann::json> lines;
-  std::istringstream stream(file_text(run.history_file()));
-  for (std::string line; std::getline(stream, line);) lines.push_back(nlohmann::json::parse(line));
-  return lines;
-}
-
 }  // namespace
 
 TEST_CASE("one seed, one checkpoint; another seed, another") {

@@ -9,11 +9,11 @@ using namespace degas::test;
 namespace {
 
 /// An optimiser with a parameter of each rule.
-struct Trained {
+struct TrainedPair {
   Tensor weights, pose;
   Optimiser optimiser;
 
-  explicit Trained(Device& device)
+  explicit TrainedPair(Device& device)
       : weights(random_tensor(device, {17}, 1)), pose(random_tensor(device, {6}, 2)), optimiser(device) {
     optimiser.add("pose", pose, 1, UpdateRule::Rprop);
     optimiser.add("weights", weights);
@@ -30,7 +30,7 @@ struct Trained {
 
 TEST_CASE("an optimiser goes on from a checkpoint to the same bits") {
   const auto set = GENERATE(from_range(kernel_sets()));
-  Trained trained(device(set)), other(device(set));
+  TrainedPair trained(device(set)), other(device(set));
   trained.step(3);
   trained.step(5);
   Checkpoint checkpoint;
@@ -45,7 +45,7 @@ TEST_CASE("an optimiser goes on from a checkpoint to the same bits") {
 TEST_CASE("what another rule left behind in a checkpoint is not taken for this rule's steps") {
   // Before poses were refined by Rprop, checkpoints named no rules: all was Adam's.
   const auto set = GENERATE(from_range(kernel_sets()));
-  Trained trained(device(set)), other(device(set)), fresh(device(set));
+  TrainedPair trained(device(set)), other(device(set)), fresh(device(set));
   trained.step(3);
   trained.step(5);
   Checkpoint checkpoint;
@@ -64,7 +64,7 @@ TEST_CASE("what another rule left behind in a checkpoint is not taken for this r
 }
 
 TEST_CASE("a checkpoint of another number of parameters is refused") {
-  Trained trained(device(KernelSet::Wide));
+  TrainedPair trained(device(KernelSet::Wide));
   trained.step(3);
   Checkpoint checkpoint;
   checkpoint.file = "run/checkpoint.bin";
