@@ -1,9 +1,12 @@
 #include <signal.h>
 
+#include <algorithm>
+
 #include "host/io/file_bytes.h"
 #include "model/data/dreams_codes.h"
 #include "tests/support/catch.h"
 #include "tests/support/encoder_weights.h"
+#include "tests/support/real_recording.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_commands.h"
 
@@ -83,6 +86,39 @@ TEST_CASE("codes of an ONNX network train, of the faces' landmarks too") {
   REQUIRE(result.exit_code == 0);
   CHECK(DreamsCodes(encode.out, {0, 1, 2, 3, 4, 5}, 5).size() == size);
   train_on(encode.out, folder);
+}
+
+TEST_CASE(
+    "a real recording without a body fit gets codes of the faces that a detector finds, the held-out camera none") {
+  const std::string recording = data_path("data/real/caliscope_4cam");
+  const std::string landmarks = data_path("weights/face_landmarks_detector.onnx");
+  if (recording.empty() || landmarks.empty()) return;
+  const TemporaryFolder folder;
+  write_caliscope_capture(recording, folder / "capture", 4, {0, 60, 75});
+  const ProgramResult result =
+      run_program({"encode-faces", "--data", folder / "capture", "--onnx", landmarks, "--hold-out", "cam02", "--track",
+                   "--out", folder / "codes", "--cache", folder / "cache"});
+  CAPTURE(result.output, result.errors);
+  REQUIRE(result.exit_code == 0);
+  const DreamsCodes codes(folder / "codes", {0, 1, 2, 3}, 3);
+  CHECK(codes.size() == 3 * 478);
+  for (int frame = 0; frame < 3; ++frame) {
+    CAPTURE(frame);
+    CHECK_FALSE(codes.has_code(frame, 2));
+    for (const int camera : {0, 1, 3}) {
+      if (!codes.has_code(frame, camera)) continue;
+      // The network's pictures are 256 on a side: a face's landmarks lie within, and span most of them.
+      const std::vector<float> code = *codes.code(frame, camera);
+      std::vector<float> x;
+      for (size_t i = 0; i < code.size(); i += 3) x.push_back(code[i]);
+      const auto [lowest, highest] = std::minmax_element(x.begin(), x.end());
+      CAPTURE(camera, *lowest, *highest);
+      CHECK(*lowest > 0);
+      CHECK(*highest < 256);
+      CHECK(*highest - *lowest > 60);
+    }
+    CHECK((codes.has_code(frame, 1) || codes.has_code(frame, 3)));
+  }
 }
 
 TEST_CASE("a network of head poses chooses the views, whose angles must be angles") {

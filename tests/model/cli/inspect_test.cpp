@@ -4,6 +4,7 @@
 #include "host/io/video.h"
 #include "tests/model/data/small_picture_capture.h"
 #include "tests/support/catch.h"
+#include "tests/support/real_recording.h"
 #include "tests/support/test_devices.h"
 #include "tests/support/training_commands.h"
 
@@ -208,40 +209,8 @@ TEST_CASE("capture A: mistakes in its files are named") {
 TEST_CASE("real recordings without masks or a fit are shown with their calibration") {
   const std::string folder = data_path("data/real/caliscope_4cam");
   if (folder.empty()) return;
-  // The calibration of camera_array.toml, the first two cameras, in the form of cameras.json.
-  const auto camera = [](std::array<double, 4> k, std::vector<double> distortion, std::array<double, 9> r,
-                         std::array<double, 3> t) {
-    json rows = json::array();  // R diag(1,-1,-1) is world to camera, -R c the translation
-    std::array<double, 3> center{};
-    for (size_t i = 0; i < 3; ++i) {
-      rows.push_back({r[3 * i], -r[3 * i + 1], -r[3 * i + 2]});
-      for (size_t j = 0; j < 3; ++j) center[j] -= rows[i][j].get<double>() * t[i];
-    }
-    return json{{"cameras",
-                 {{{"w", 1280},
-                   {"h", 720},
-                   {"fx", k[0]},
-                   {"fy", k[1]},
-                   {"cx", k[2]},
-                   {"cy", k[3]},
-                   {"R", rows},
-                   {"c", center},
-                   {"distortion", distortion}}}}};
-  };
   const TemporaryFolder copy;
-  const json rigs = {
-      camera(
-          {903.550124089999, 907.8788668762852, 618.3086297620227, 394.213230569746},
-          {-0.3320992998866297, 0.04641968621160267, -0.004295771569519648, 0.004113240100199701, 0.0665682301495769},
-          {0.5302040555527485, -0.8353410787251668, -0.14522032113203856, -0.13087387636468498, 0.08859307015233471,
-           -0.9874326794299774, 0.8377085937011143, 0.5425463575725654, -0.06235191997078319},
-          {0.12300856355436324, -0.20907747237613664, 0.6679490544839296}),
-      camera({760.3305587590094, 761.0214920664032, 630.0834586308533, 372.2111850875609},
-             {0.09857460999203672, -0.2196844398091716, 0.0004112118034431541, -0.0026048045376547454,
-              0.08066364623684687},
-             {-0.720246286828973, -0.6528906505179072, 0.23447619234237946, -0.3098376306753893, 0.00033990280789523346,
-              -0.9507894231024774, 0.6206818258387603, -0.7574520994309704, -0.20253490598185134},
-             {0.30872148305699454, -0.14760639347661925, 0.8486976063733689})};
+  const json rigs = caliscope_rigs(folder, 2);
   std::ofstream(copy / "cameras.json") << json{{"rigs", rigs}}.dump();
   fs::create_directories(copy / "videos");
   for (const std::string number : {"0", "1"}) {
