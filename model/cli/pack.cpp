@@ -7,6 +7,8 @@
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
 #include "model/data/packed_capture.h"
+#include "model/data/selected_capture.h"
+#include "model/data/selection.h"
 #include "model/train/stop_signal.h"
 
 namespace degas {
@@ -14,7 +16,7 @@ namespace {
 
 struct PackCommand {
   std::filesystem::path data, output, codes;
-  std::string format;
+  std::string format, frames, cameras;
   double image_scale = 1;
 };
 
@@ -26,7 +28,11 @@ void pack(const PackCommand& command) {
   opening.image_scale = command.image_scale;
   opening.format = command.format;
   opening.codes = command.codes;
-  const std::unique_ptr<Capture> capture = open_uncached_capture(command.data, opening);
+  std::unique_ptr<Capture> whole = open_uncached_capture(command.data, opening);
+  const std::vector<int> frames = selected_frames(selection_parts(command.frames), whole->frame_count(), "--frames");
+  const std::vector<int> cameras =
+      selected_cameras(selection_parts(command.cameras), whole->camera_names(), "--cameras");
+  const std::unique_ptr<Capture> capture = selected(std::move(whole), frames, cameras);
   const StopSignal stop;
   Progress progress;
   const auto start = std::chrono::steady_clock::now();
@@ -64,6 +70,8 @@ void add_pack_command(CLI::App& app) {
   command->add_option("--out", options->output, "File to write")->required();
   command->add_option("--image-scale", options->image_scale, "As data.image_scale of the config to train with")
       ->capture_default_str();
+  command->add_option("--cameras", options->cameras, fmt::format("{} (default: all)", cameras_help));
+  command->add_option("--frames", options->frames, fmt::format("{}; they are counted from 0 in the pack", frames_help));
   command->add_option("--format", options->format, format_help)->check(CLI::IsMember(capture_formats()));
   command->add_option("--codes", options->codes, "Where the capture's face codes lie (default: in the capture)");
   command->callback([options] { pack(*options); });

@@ -57,6 +57,31 @@ TEST_CASE("degas pack makes a file that degas train trains from") {
   CHECK(std::count(cut.errors.begin(), cut.errors.end(), '\n') == 1);
 }
 
+TEST_CASE("a pack of some frames and cameras trains, and holds no others") {
+  const TemporaryFolder folder;
+  const fs::path pack = folder / "part.pack";
+  const auto packed = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"pack", "--data", (training_scene() / "P1C1").string(), "--out", pack.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_program(words);
+  };
+  const ProgramResult made = packed({"--frames", "1:6:2", "--cameras", "cam03,cam00,cam01"});
+  CAPTURE(made.output, made.errors);
+  REQUIRE(made.exit_code == 0);
+  CHECK_THAT(made.output, Contains("3 frames, 3 cameras, 9 pictures"));
+  TrainCommand train(folder, tiny_config());
+  train.data = pack;
+  train.more = {"--iterations", "2", "--hold-out", "cam03"};
+  const ProgramResult trained = train();
+  CAPTURE(trained.output, trained.errors);
+  CHECK(trained.exit_code == 0);
+
+  fs::remove(pack);
+  check_refused(packed({"--cameras", "cam09"}), {"--cameras", "cam09"});
+  check_refused(packed({"--frames", "4,99"}), {"--frames", "99"});
+  CHECK_FALSE(fs::exists(pack));
+}
+
 TEST_CASE("degas pack says what it cannot pack, and writes nothing then") {
   const TemporaryFolder folder;
   const std::string data = (training_scene() / "P1C1").string();
