@@ -181,7 +181,7 @@ TEST_CASE("shuffled splats give the same image, also at equal depths") {
   CHECK(largest_difference(image, reference_render(ties, plain, background, {}).color) < 2e-5);
 }
 
-TEST_CASE("two runs give equal bits and the second allocates nothing") {
+TEST_CASE("two runs give equal bits and the second allocates nothing", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const SplatScene scene = random_scene(400, 6);
   const Tensor weights = random_tensor(device, {77, 93, 3}, 3);

@@ -54,7 +54,7 @@ TEST_CASE("SSIM as a measure covers the valid region") {
   CHECK(value == Approx(file.read(name + "_ssim").doubles()[0]).epsilon(1e-6));
 }
 
-TEST_CASE("SSIM never exceeds 1 and equal images have exactly 1") {
+TEST_CASE("SSIM never exceeds 1 and equal images have exactly 1", "[large]") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const Shape shape{19, 21, 3};
   for (const double level : {0.0, 0.3, 0.6, 1.0}) {
