@@ -64,7 +64,7 @@ int64_t saved_step(const fs::path& run) {
 
 /// The whole run's checkpoint once there is room, and nothing half-written beside it.
 void check_resumes_to(const std::string& expected, TrainCommand train) {
-  train.more = {"--resume"};
+  train.more.push_back("--resume");
   const ProgramResult result = train();
   CAPTURE(result.errors);
   CHECK(result.exit_code == 0);
@@ -78,7 +78,9 @@ void check_resumes_to(const std::string& expected, TrainCommand train) {
 
 TEST_CASE("a disk that fills up ends training in one line; the checkpoint before stands, and the run goes on from it") {
   const TemporaryFolder folder;
-  const TrainCommand whole(folder, eight_steps_saved_every_other());
+  const std::string kernels = GENERATE("wide", "gpu");
+  TrainCommand whole(folder, eight_steps_saved_every_other());
+  whole.more = {"--kernels", kernels};
   REQUIRE(whole().exit_code == 0);
   const std::string expected = file_text(whole.run / "checkpoint.bin");
   uintmax_t others = 0;
@@ -102,8 +104,9 @@ TEST_CASE("a disk that fills up ends training in one line; the checkpoint before
   }
   SECTION("without any room, not even for a line of its history, what there is stays as it is") {
     std::ofstream(disk / "filler") << std::string(expected.size(), 'x');
-    train.more = {"--resume"};
-    check_refused(train(), {"No space left on device"});
+    TrainCommand again = train;
+    again.more.push_back("--resume");
+    check_refused(again(), {"No space left on device"});
     CHECK(saved_step(train.run) == 2);
     const bool same = file_text(train.run / "checkpoint.bin") == kept;
     CHECK(same);
@@ -115,19 +118,24 @@ TEST_CASE("a disk that fills up ends training in one line; the checkpoint before
 
 TEST_CASE("a quota that lets no checkpoint through ends training in one line, and loses none that there was") {
   const TemporaryFolder whole_folder, folder;
+  const std::string kernels = GENERATE("wide", "gpu");
   Config config = eight_steps_saved_every_other();
-  const TrainCommand whole(whole_folder, config);
+  TrainCommand whole(whole_folder, config);
+  whole.more = {"--kernels", kernels};
   REQUIRE(whole().exit_code == 0);
   const std::string expected = file_text(whole.run / "checkpoint.bin");
   config.train.iterations = 4;
-  const TrainCommand half(folder, config);
+  TrainCommand half(folder, config);
+  half.more = whole.more;
   REQUIRE(half().exit_code == 0);
   config.train.iterations = 8;
   TrainCommand train(folder, config);
-  train.more = {"--resume"};
+  train.more = whole.more;
+  TrainCommand again = train;
+  again.more.push_back("--resume");
   {
     const FileSizeLimit limit(expected.size() / 2);
-    check_refused(train(), {"checkpoint", "File too large"});
+    check_refused(again(), {"checkpoint", "File too large"});
   }
   CHECK(saved_step(train.run) == 4);
   check_resumes_to(expected, train);
