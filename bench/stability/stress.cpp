@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <random>
 #include <stdexcept>
 
 #include "bench/stability/textbook_splats.h"
@@ -36,12 +37,17 @@ Camera stress_camera() {
   return camera;
 }
 
-/// Three splats of 5 to 10 cm one behind the other, 2 m away.
-Stressed usual() {
-  return {{-0.21, 0.11,  2.1, 0.8, 0.1,  -0.3, 0.4,  -2.4, -2.9, -2.7, 0.8, 0.9, 0.3, 0.2,  //
-           0.13,  -0.07, 2.3, 0.5, 0.6,  0.2,  -0.1, -2.2, -3.0, -2.5, 0.6, 0.2, 0.7, 0.4,  //
-           0.02,  0.05,  1.9, 0.9, -0.2, 0.1,  0.3,  -2.8, -2.3, -2.6, 0.7, 0.1, 0.4, 0.8},
-          stress_camera()};
+constexpr int draws = 8;
+
+/// Three splats of 5 to 10 cm one behind the other, 2 m away. draw: 0 .. draws - 1, each a little different.
+Stressed usual(int draw) {
+  Stressed usual = {{-0.21, 0.11,  2.1, 0.8, 0.1,  -0.3, 0.4,  -2.4, -2.9, -2.7, 0.8, 0.9, 0.3, 0.2,  //
+                     0.13,  -0.07, 2.3, 0.5, 0.6,  0.2,  -0.1, -2.2, -3.0, -2.5, 0.6, 0.2, 0.7, 0.4,  //
+                     0.02,  0.05,  1.9, 0.9, -0.2, 0.1,  0.3,  -2.8, -2.3, -2.6, 0.7, 0.1, 0.4, 0.8},
+                    stress_camera()};
+  std::mt19937 random(static_cast<unsigned>(draw));
+  for (double& number : usual.scene) number += draw == 0 ? 0 : (random() * 0x1p-32 - 0.5) * 0.1;
+  return usual;
 }
 
 double& number(Stressed& stressed, int splat, int index) {
@@ -126,31 +132,33 @@ struct Fault {
   TextbookFaults faults;
 };
 
-/// make: the scene at a stress.
+/// Each error is the worst of all draws: that of a single scene is chance. put_under: changes a usual scene.
 StressAxis splat_axis(Device& device, StressAxis axis, const std::vector<double>& stresses,
-                      const std::vector<Fault>& faults, const std::function<Stressed(double)>& make) {
+                      const std::vector<Fault>& faults,
+                      const std::function<void(Stressed& usual, double stress)>& put_under) {
   axis.series = {{"degas", true, {}}, {"textbook in float32", false, {}}};
   for (const Fault& fault : faults) axis.series.push_back({fault.name, false, {}});
   for (const double stress : stresses) {
-    const Stressed stressed = make(stress);
-    const std::vector<double> weights = loss_weights(stressed.camera);
-    const TextbookResult reference = textbook_splats<double>(stressed.scene, stressed.camera, weights);
-    if (std::all_of(reference.color.begin(), reference.color.end(), [](double value) { return value == 0; })) continue;
-    const auto add = [&](size_t series, const TextbookResult& found) {
-      axis.series[series].points.emplace_back(stress, error_of(found, reference));
-    };
-    add(0, our_splats(device, stressed, weights));
-    double worst = 0;
-    for (unsigned order = 1; order <= 4; ++order) {
-      TextbookFaults shuffled;
-      shuffled.sum_order = order;
-      worst = std::max(worst,
-                       error_of(textbook_splats<float>(stressed.scene, stressed.camera, weights, shuffled), reference));
+    std::vector<double> worst(axis.series.size(), -1);
+    for (int draw = 0; draw < draws; ++draw) {
+      Stressed stressed = usual(draw);
+      put_under(stressed, stress);
+      const std::vector<double> weights = loss_weights(stressed.camera);
+      const TextbookResult reference = textbook_splats<double>(stressed.scene, stressed.camera, weights);
+      if (std::all_of(reference.color.begin(), reference.color.end(), [](double value) { return value == 0; }))
+        continue;
+      const auto add = [&](size_t series, const TextbookResult& found) {
+        worst[series] = std::max(worst[series], error_of(found, reference));
+      };
+      add(0, our_splats(device, stressed, weights));
+      for (size_t i = 1; i < worst.size(); ++i) {
+        TextbookFaults usual_faults = i == 1 ? TextbookFaults{} : faults[i - 2].faults;
+        usual_faults.sum_order = static_cast<unsigned>(draw + 1);
+        add(i, textbook_splats<float>(stressed.scene, stressed.camera, weights, usual_faults));
+      }
     }
-    axis.series[1].points.emplace_back(stress, worst);
-    for (size_t i = 0; i < faults.size(); ++i) {
-      add(2 + i, textbook_splats<double>(stressed.scene, stressed.camera, weights, faults[i].faults));
-    }
+    if (worst[0] < 0) continue;  // nothing to be seen
+    for (size_t i = 0; i < worst.size(); ++i) axis.series[i].points.emplace_back(stress, worst[i]);
   }
   return axis;
 }
@@ -213,23 +221,19 @@ std::vector<double> steps(double low, double high, double step) {
 std::vector<StressAxis> measure_stress(Device& device) {
   std::vector<StressAxis> axes;
   axes.push_back(splat_axis(device, {"size of a Gaussian", "log10 of metres, 2 m away", -7, 4, {}}, steps(-7, 4, 0.5),
-                            {}, [](double stress) {
-                              Stressed stressed = usual();
+                            {}, [](Stressed& stressed, double stress) {
                               for (int splat = 0; splat < splats_of_scene; ++splat) {
                                 for (int i = 7; i < 10; ++i)
                                   number(stressed, splat, i) += 2.6 + stress * std::log(10.0);
                               }
-                              return stressed;
                             }));
   axes.push_back(splat_axis(device,
-                            {"needle", "log10 of the ratio of the longest to the shortest axis", 0.25, 3.25, {}},
-                            steps(0.25, 6, 0.25), {}, [](double stress) {
-                              Stressed stressed = usual();
+                            {"needle", "log10 of the ratio of the longest to the shortest axis", 0.25, 3, {}},
+                            steps(0.25, 6, 0.25), {}, [](Stressed& stressed, double stress) {
                               for (int splat = 0; splat < splats_of_scene; ++splat) {
                                 for (int i = 7; i < 10; ++i) number(stressed, splat, i) = -5.3;
                                 number(stressed, splat, 7) += stress * std::log(10.0);
                               }
-                              return stressed;
                             }));
   TextbookFaults through_alpha, through_frustum;
   through_alpha.ignores_alpha_clamp = true;
@@ -237,17 +241,14 @@ std::vector<StressAxis> measure_stress(Device& device) {
   std::vector<double> opacities = steps(0.05, 0.95, 0.05);
   opacities.insert(opacities.end(), {0.97, 0.98, 0.985, 0.9875, 0.9925, 0.995, 0.9975, 1});
   axes.push_back(splat_axis(device, {"opacity", "of all Gaussians", 0.05, 1, {}}, opacities,
-                            {{"alpha's clamp ignored", through_alpha}}, [](double stress) {
-                              Stressed stressed = usual();
+                            {{"alpha's clamp ignored", through_alpha}}, [](Stressed& stressed, double stress) {
                               for (int splat = 0; splat < splats_of_scene; ++splat) {
                                 number(stressed, splat, 10) = stress;
                                 for (int i = 7; i < 10; ++i) number(stressed, splat, i) += 1.5;
                               }
-                              return stressed;
                             }));
   axes.push_back(splat_axis(device, {"depth range", "log10 of the ratio of the farthest to the nearest", 0, 6, {}},
-                            steps(0, 6, 0.25), {}, [](double stress) {
-                              Stressed stressed = usual();
+                            steps(0, 6, 0.25), {}, [](Stressed& stressed, double stress) {
                               const double near_depth = 0.06;
                               for (int splat = 0; splat < splats_of_scene; ++splat) {
                                 const double depth = near_depth * std::pow(10, stress * splat / (splats_of_scene - 1));
@@ -255,35 +256,31 @@ std::vector<StressAxis> measure_stress(Device& device) {
                                 for (int i = 0; i < 3; ++i) number(stressed, splat, i) *= factor;
                                 for (int i = 7; i < 10; ++i) number(stressed, splat, i) += std::log(factor);
                               }
-                              return stressed;
                             }));
-  axes.push_back(splat_axis(device, {"distance from the world's origin", "log10 of metres", -1, 2, {}},
-                            steps(-1, 5, 0.25), {}, [](double stress) {
-                              Stressed stressed = usual();
+  axes.push_back(splat_axis(device, {"distance from the world's origin", "log10 of metres", -1, 1.5, {}},
+                            steps(-1, 5, 0.25), {}, [](Stressed& stressed, double stress) {
                               const Eigen::Vector3d way =
                                   std::pow(10, stress) * Eigen::Vector3d(0.6, 0.48, 0.64).normalized();
                               for (int splat = 0; splat < splats_of_scene; ++splat) {
                                 for (int i = 0; i < 3; ++i) number(stressed, splat, i) += way[i];
                               }
                               stressed.camera.translation = -way;
-                              return stressed;
                             }));
   axes.push_back(splat_axis(device, {"place beside the image", "half widths from its middle", 0, 3, {}},
-                            steps(0, 3, 0.125), {{"frustum's clamp ignored", through_frustum}}, [](double stress) {
-                              Stressed stressed = usual();
+                            steps(0, 3, 0.125), {{"frustum's clamp ignored", through_frustum}},
+                            [](Stressed& stressed, double stress) {
                               for (int splat = 0; splat < splats_of_scene; ++splat) {
                                 const double depth = number(stressed, splat, 2);
                                 number(stressed, splat, 0) = stress * depth * stressed.camera.cx / stressed.camera.fx;
                                 for (int i = 7; i < 10; ++i) number(stressed, splat, i) += 2;
                               }
-                              return stressed;
                             }));
   axes.push_back(twist_axis(device));
   return axes;
 }
 
 std::vector<std::string> broken_promises(const std::vector<StressAxis>& axes) {
-  constexpr double alike = 2;  // errors of one rounding more or less
+  constexpr double alike = 1.25;  // errors of one rounding more or less
   std::vector<std::string> broken;
   for (const StressAxis& axis : axes) {
     const StressSeries& ours = axis.series[0];

@@ -9,7 +9,7 @@
 namespace degas::bench {
 
 /// One way to do it, and its error at each stress: relative to the largest number of the reference, the larger of the
-/// image's and the gradients'. Infinite where a result is not finite; where there is nothing to compare, no point.
+/// image's and the gradients', and of splats the worst of eight scenes. Infinite where a result is not finite; where there is nothing to compare, no point.
 struct StressSeries {
   std::string name;
   bool is_ours = false;
@@ -28,7 +28,7 @@ constexpr double promised_error = 1e-4;
 std::vector<StressAxis> measure_stress(Device& device);
 
 /// What does not hold: an error of ours above promised_error in the working range, or, outside of it, one above
-/// promised_error and twice another series' at the same stress. Empty when all does.
+/// promised_error and a quarter above another series' at the same stress. Empty when all does.
 std::vector<std::string> broken_promises(const std::vector<StressAxis>& axes);
 
 }  // namespace degas::bench
