@@ -46,7 +46,8 @@ Options parse(int count, char** values) {
   return options;
 }
 
-/// Without points of no error, which a logarithm does not show; infinite ones are drawn at the top.
+/// Without points of no error, which a logarithm does not show; infinite ones are drawn at the top. What is promised is
+/// a line over the working range.
 std::string chart_of(const StressAxis& axis) {
   constexpr double most = 1e2;
   std::vector<ChartSeries> series;
@@ -55,6 +56,7 @@ std::string chart_of(const StressAxis& axis) {
     for (const auto& [stress, error] : from.points) line.points.emplace_back(stress, std::min(error, most));
     series.push_back(line);
   }
+  series.push_back({"promised", {{axis.range_low, promised_error}, {axis.range_high, promised_error}}});
   return svg_chart(axis.name, axis.unit, series, true);
 }
 
