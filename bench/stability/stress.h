@@ -9,7 +9,8 @@
 namespace degas::bench {
 
 /// One way to do it, and its error at each stress: relative to the largest number of the reference, the larger of the
-/// image's and the gradients', and of splats the worst of eight scenes. Infinite where a result is not finite; where there is nothing to compare, no point.
+/// image's and the gradients', and of splats the worst of eight scenes. Infinite where a result is not finite; where
+/// there is nothing to compare, no point.
 struct StressSeries {
   std::string name;
   bool is_ours = false;
