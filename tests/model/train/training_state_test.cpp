@@ -74,3 +74,36 @@ TEST_CASE("a checkpoint of another number of parameters is refused") {
                     Catch::Contains("run/checkpoint.bin: its optimiser has 3 parameters with 2 rules, "
                                     "this configuration's has 2"));
 }
+
+TEST_CASE("an optimiser's numbers that are none, or lie where none can, are refused by file and key") {
+  TrainedPair trained(device(KernelSet::Wide));
+  trained.step(3);
+  Checkpoint checkpoint;
+  checkpoint.file = "run/checkpoint.bin";
+  store_optimiser(trained.optimiser, checkpoint);
+  nlohmann::json& saved = checkpoint.header.at("optimiser");
+  const auto refused = [&](const std::string& what) {
+    CHECK_THROWS_WITH(restore_optimiser(trained.optimiser, checkpoint),
+                      Catch::Contains("run/checkpoint.bin: '" + what) && Catch::Contains("use an older copy"));
+  };
+  SECTION("a fraction of an update") {
+    saved["updates"][0] = 1.5;
+    refused("updates' has 1.5, expected 0 to 2147483647");
+  }
+  SECTION("more updates than there can be") {
+    saved["updates"][1] = int64_t{1} << 40;
+    refused("updates' has 1099511627776");
+  }
+  SECTION("no list") {
+    saved["updates"] = 3;
+    refused("updates' is no list of numbers");
+  }
+  SECTION("a step not taken") {
+    saved["skipped"] = -1;
+    refused("skipped' has -1");
+  }
+  SECTION("a norm that is a word") {
+    saved["log_largest_norm"] = "large";
+    refused("log_largest_norm' has \"large\"");
+  }
+}
