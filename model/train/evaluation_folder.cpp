@@ -32,6 +32,14 @@ std::optional<Rectangle> box_of(const Json& json) {
   return Rectangle{at(0), at(1), at(2), at(3)};
 }
 
+/// Throws Error without the file's name.
+int frame_of(const Json& json) {
+  constexpr int64_t most = 1 << 30;
+  if (!json.is_number_integer() || json.get<double>() < 0 || json.get<double>() > most)
+    throw Error::format("a frame is {}", json.dump());
+  return json.get<int>();
+}
+
 }  // namespace
 
 std::string EvaluatedPicture::name() const {
@@ -64,8 +72,8 @@ std::vector<EvaluatedPicture> EvaluationFolder::read_pictures() const {
     for (const Json& line : Json::parse(checked_json(bytes, "its boxes"))) {
       const std::optional<Rectangle> person = box_of(line.at("person"));
       if (!person) throw Error("'person' is null");
-      pictures.push_back({line.at("camera"), line.at("frame"), line.at("refined"), *person, box_of(line.at("face")),
-                          box_of(line.at("mouth"))});
+      pictures.push_back({line.at("camera"), frame_of(line.at("frame")), line.at("refined"), *person,
+                          box_of(line.at("face")), box_of(line.at("mouth"))});
       if (pictures.back().camera.find('/') != std::string::npos) {
         throw Error::format("'{}' is no camera's name", pictures.back().camera);
       }
