@@ -46,6 +46,38 @@ void change_json(const fs::path& path, const std::function<void(json&)>& change)
   std::ofstream(path) << value.dump();
 }
 
+/// Frames of a capture in the layout of AvatarReX, or of THuman4; PNG pictures.
+void write_avatarrex(const Capture& capture, const std::vector<int>& frames, const fs::path& folder, bool is_thuman) {
+  json calibration;
+  const std::vector<std::string> names = capture.camera_names();
+  const int cameras = static_cast<int>(names.size());
+  for (int k = 0; k < cameras; ++k) {
+    const Camera camera = capture.camera(k);
+    json& entry = calibration[names[static_cast<size_t>(k)]];
+    // Its pixel centres are at whole numbers.
+    entry["K"] = {camera.fx, 0, camera.cx - 0.5, 0, camera.fy, camera.cy - 0.5, 0, 0, 1};
+    for (int i = 0; i < 9; ++i) entry["R"].push_back(camera.rotation(i / 3, i % 3));
+    for (int i = 0; i < 3; ++i) entry["T"].push_back(camera.translation[i]);
+    entry["imgSize"] = {camera.width, camera.height};
+    if (!is_thuman) entry["distCoeff"] = std::vector<double>(5, 0.0);
+  }
+  write_text_file(folder / (is_thuman ? "calibration.json" : "calibration_full.json"), calibration.dump());
+  std::vector<Pose> poses;
+  for (size_t row = 0; row < frames.size(); ++row) {
+    poses.push_back(capture.pose(frames[row]));
+    const std::string file = fmt::format("{:08}.png", row);
+    for (int k = 0; k < cameras; ++k) {
+      if (!capture.has_image(frames[row], k)) continue;
+      const Sample sample = capture.load(frames[row], k);
+      const std::string& camera = names[static_cast<size_t>(k)];
+      write_image(is_thuman ? folder / "images" / camera / file : folder / camera / file, sample.image);
+      write_image(is_thuman ? folder / "masks" / camera / file : folder / camera / "mask/pha" / file, sample.mask);
+    }
+  }
+  const std::vector<double> betas = capture.betas();
+  write_npz(folder / "smpl_params.npz", smpl_params_of(poses, std::vector<float>(betas.begin(), betas.end())));
+}
+
 }  // namespace
 
 TEST_CASE("inspect shows a synthetic capture with its body, and refuses what is not there") {
@@ -156,6 +188,22 @@ TEST_CASE("capture A: both layouts fit, alike, and quickly") {
   }
   CHECK(a.at("face_code_size") == 512);
   CHECK(b.at("cameras")[2].at("name") == "Cam003");
+}
+
+TEST_CASE("capture A: the layouts of AvatarReX and THuman4 fit as its own does") {
+  const std::string dreams = data_path("data/capture/A/P1C1"), body = data_path("data/bodies/male.npz");
+  if (dreams.empty() || body.empty()) return;
+  const json own = inspect(dreams, body, {"--frames", "5,45"}).found;
+  const std::unique_ptr<Capture> capture = open_uncached_capture(dreams);
+  for (const bool is_thuman : {false, true}) {
+    const TemporaryFolder folder;
+    write_avatarrex(*capture, {5, 45}, folder.path(), is_thuman);
+    const json found = inspect(folder.path(), body).found;
+    CAPTURE(is_thuman, found.at("warnings").dump());
+    CHECK(found.at("suspected").empty());
+    CHECK(found.at("mask_iou_mean").get<double>() > 0.75);
+    CHECK(std::abs(found.at("mask_iou_mean").get<double>() - own.at("mask_iou_mean").get<double>()) < 0.01);
+  }
 }
 
 TEST_CASE("capture A: mistakes in its files are named") {

@@ -17,19 +17,20 @@ inline void write_text_file(const std::filesystem::path& path, const std::string
   std::ofstream(path, std::ios::binary) << text;
 }
 
-/// The parameters of small_poses() with the keys of ActorsHQ's and AvatarReX's smpl_params.npz: no eyes, no frames, no
-/// word on hands.
-inline std::map<std::string, NpyArray> small_smpl_params() {
+/// Poses with the keys of ActorsHQ's and AvatarReX's smpl_params.npz: no eyes, no frames, no word on hands; ten
+/// components of the expression.
+inline std::map<std::string, NpyArray> smpl_params_of(const std::vector<Pose>& poses, const std::vector<float>& betas) {
   std::map<std::string, NpyArray> arrays;
+  const auto count = static_cast<int64_t>(poses.size());
   const auto add = [&](const std::string& key, int first_joint, int joints) {
     std::vector<float> values;
-    for (const Pose& pose : small_poses()) {
+    for (const Pose& pose : poses) {
       for (int joint = first_joint; joint < first_joint + joints; ++joint) {
         for (int k = 0; k < 3; ++k)
           values.push_back(static_cast<float>(pose.axis_angles[static_cast<size_t>(joint)][k]));
       }
     }
-    arrays[key] = NpyArray::from({small_frames, 3 * joints}, values);
+    arrays[key] = NpyArray::from({count, 3 * joints}, values);
   };
   add("global_orient", 0, 1);
   add("body_pose", 1, 21);
@@ -37,16 +38,21 @@ inline std::map<std::string, NpyArray> small_smpl_params() {
   add("left_hand_pose", 25, 15);
   add("right_hand_pose", 40, 15);
   std::vector<float> translations, expressions;
-  for (const Pose& pose : small_poses()) {
+  for (const Pose& pose : poses) {
     for (int k = 0; k < 3; ++k) translations.push_back(static_cast<float>(pose.translation[k]));
-    for (int k = 0; k < 10; ++k) {
-      expressions.push_back(k < 2 ? static_cast<float>(pose.expression[static_cast<size_t>(k)]) : 0.0f);
+    for (size_t k = 0; k < 10; ++k) {
+      expressions.push_back(k < pose.expression.size() ? static_cast<float>(pose.expression[k]) : 0.0f);
     }
   }
-  arrays["transl"] = NpyArray::from({small_frames, 3}, translations);
-  arrays["expression"] = NpyArray::from({small_frames, 10}, expressions);
-  arrays["betas"] = NpyArray::from({1, 10}, std::vector<float>(10, 0.5f));
+  arrays["transl"] = NpyArray::from({count, 3}, translations);
+  arrays["expression"] = NpyArray::from({count, 10}, expressions);
+  arrays["betas"] = NpyArray::from({1, static_cast<int64_t>(betas.size())}, betas);
   return arrays;
+}
+
+/// Of small_poses().
+inline std::map<std::string, NpyArray> small_smpl_params() {
+  return smpl_params_of(small_poses(), std::vector<float>(10, 0.5f));
 }
 
 /// Rewrites one array of an npz file, or takes it out.
