@@ -1,13 +1,14 @@
 // How far results are from the same equations in double precision, against what strains them: ours, and what widely
 // used splatters do. A table; with --json FILE, --svg FILE and --html FILE the charts and their numbers.
-// With --check, which tries both kernel sets on a CPU, the exit code is 1 where ours leaves the promised error within
-// the working range (docs/stability.md).
+// With --check, which tries both kernel sets on a CPU, the exit code is 1 where what docs/stability.md says does not
+// hold.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "bench/stability/stress.h"
 #include "host/error.h"
@@ -53,7 +54,7 @@ std::string chart_of(const StressAxis& axis) {
   std::vector<ChartSeries> series;
   for (const StressSeries& from : axis.series) {
     ChartSeries line{from.name, {}};
-    for (const auto& [stress, error] : from.points) line.points.emplace_back(stress, std::min(error, most));
+    for (const StressPoint& at : from.points) line.points.emplace_back(at.stress, std::min(at.error, most));
     series.push_back(line);
   }
   series.push_back({"promised", {{axis.range_low, promised_error}, {axis.range_high, promised_error}}});
@@ -79,7 +80,8 @@ std::string page_of(const std::vector<StressAxis>& axes, const std::string& devi
   std::string html = page_head("Error against stress");
   html += fmt::format(
       "<p>On {}. Error: the largest difference from the same equations in double precision, of the image or of any "
-      "gradient, relative to the largest number there. Promised within the working range: {:g}.</p>",
+      "gradient, relative to the largest number there; the median of many scenes. Promised of every scene within the "
+      "working range: {:g}.</p>",
       escape(device), promised_error);
   for (const StressAxis& axis : axes) {
     html += chart_of(axis) +
@@ -89,14 +91,17 @@ std::string page_of(const std::vector<StressAxis>& axes, const std::string& devi
 }
 
 nlohmann::json json_of(const std::vector<StressAxis>& axes, const std::string& device) {
-  nlohmann::json all = {{"device", device}, {"promised_error", promised_error}};
+  nlohmann::json all = {
+      {"device", device}, {"promised_error", promised_error}, {"points", {"stress", "median error", "largest error"}}};
+  const auto number = [](double error) {
+    return std::isfinite(error) ? nlohmann::json(error) : nlohmann::json("not finite");
+  };
   for (const StressAxis& axis : axes) {
     nlohmann::json one = {
         {"name", axis.name}, {"unit", axis.unit}, {"working_range", {axis.range_low, axis.range_high}}};
     for (const StressSeries& series : axis.series) {
       nlohmann::json points = nlohmann::json::array();
-      for (const auto& [stress, error] : series.points)
-        points.push_back({stress, std::isfinite(error) ? nlohmann::json(error) : nlohmann::json("not finite")});
+      for (const StressPoint& at : series.points) points.push_back({at.stress, number(at.error), number(at.worst)});
       one["series"].push_back({{"name", series.name}, {"points", points}});
     }
     all["axes"].push_back(one);
@@ -110,8 +115,9 @@ void print(const std::vector<StressAxis>& axes) {
     for (const StressSeries& series : axis.series) fmt::print("  {:>36}", series.name);
     fmt::print("\n");
     for (size_t i = 0; i < axis.series[0].points.size(); ++i) {
-      fmt::print("{:>10.4g}", axis.series[0].points[i].first);
-      for (const StressSeries& series : axis.series) fmt::print("  {:>36.1e}", series.points[i].second);
+      fmt::print("{:>10.4g}", axis.series[0].points[i].stress);
+      for (const StressSeries& series : axis.series)
+        fmt::print("  {:>36}", fmt::format("{:.1e} ({:.1e})", series.points[i].error, series.points[i].worst));
       fmt::print("\n");
     }
   }
@@ -124,18 +130,19 @@ int main(int count, char** values) try {
   DeviceOptions device_options;
   device_options.selector = options.device;
   Device device(device_options);
-  const std::vector<StressAxis> axes = measure_stress(device);
+  std::vector<StressedDevice> devices = {{"degas", device}};
+  std::optional<Device> other;
+  if (options.check && device.is_wide()) {
+    device_options.kernel_set = KernelSet::Gpu;
+    devices.push_back({"degas, GPU kernels", other.emplace(device_options)});
+  }
+  const std::vector<StressAxis> axes = measure_stress(devices);
   print(axes);
   const std::string name = device.description().name;
   if (!options.json.empty()) write_text(options.json, json_of(axes, name).dump(1) + "\n");
   if (!options.svg.empty()) write_text(options.svg, sheet_of(axes));
   if (!options.html.empty()) write_text(options.html, page_of(axes, name));
-  std::vector<std::string> broken = broken_promises(axes);
-  if (options.check && device.is_wide()) {
-    device_options.kernel_set = KernelSet::Gpu;
-    Device other(device_options);
-    for (const std::string& line : broken_promises(measure_stress(other))) broken.push_back("GPU set: " + line);
-  }
+  const std::vector<std::string> broken = broken_promises(axes);
   for (const std::string& line : broken) fmt::print("BROKEN: {}\n", line);
   return options.check && !broken.empty() ? 1 : 0;
 } catch (const Error& error) {

@@ -43,7 +43,7 @@ kernel void project_forward(global const REAL* positions, global const REAL* rot
 #if ANTIALIAS
   opacity *= fmax(sqrt(f.compensation_squared), COMPENSATION_MIN);
 #endif
-  const REALV u = view->fx * f.x * f.inverse_z + view->cx, v = view->fy * f.y * f.inverse_z + view->cy;
+  const REALV u = view->fx * f.true_x + view->cx, v = view->fy * f.true_y + view->cy;
   const REALV log2_opacity = log2(opacity);
   const REALV log2_reach = sqrt(fmax(log2_opacity - LOG2_ALPHA_MIN, (REALV)0));
   const REALV reach = sqrt(2 / LOG2_E) * log2_reach;
@@ -140,8 +140,8 @@ typedef struct {
 
 // What the sums of a view's slots say of the splats they came from.
 inline Gradients gradients_of(global const View* view, global const REAL* positions, global const REAL* rotations,
-                              global const REAL* log_scales, global const REAL* opacities,
-                              const REALV sums[SLOT_SIZE], const long first, const long count) {
+                              global const REAL* log_scales, global const REAL* opacities, const REALV sums[SLOT_SIZE],
+                              const long first, const long count) {
   const Footprint f = footprint(view, positions, rotations, log_scales, first, count);
   const REALV m = sums[0], ms = sums[1], mt = sums[2], mss = sums[3], mst = sums[4], mtt = sums[5];
   Gradients g;
@@ -150,8 +150,8 @@ inline Gradients gradients_of(global const View* view, global const REAL* positi
 
   // ln(alpha) = -1/2 d^T C d with C the inverse covariance: its gradient is C (w d d^T) C / 2, and C w d to the
   // centre. C = W^T W with W d linear in s and t. What the covariance passes on to an axis `a` of the ellipsoid is
-  // W^T M (W a), M the sums over s and t, and to its log-scale (W a)^T M (W a): W a is never much longer than 1, where a and
-  // the elements of C would nearly cancel for needles.
+  // W^T M (W a), M the sums over s and t, and to its log-scale (W a)^T M (W a): W a is never much longer than 1, where
+  // a and the elements of C would nearly cancel for needles.
   const REALV s_to_x = sqrt(2 / LOG2_E * f.blurred_yy / f.determinant), slope = f.xy / f.blurred_yy;
   const REALV s_to_y = -s_to_x * slope, t_to_y = sqrt(2 / LOG2_E / f.blurred_yy);
 #if ANTIALIAS
@@ -186,16 +186,14 @@ inline Gradients gradients_of(global const View* view, global const REAL* positi
   const REALV d_j02 = d_p[0] * view->rotation[6] + d_p[1] * view->rotation[7] + d_p[2] * view->rotation[8];
   const REALV d_j11 = d_p[3] * view->rotation[3] + d_p[4] * view->rotation[4] + d_p[5] * view->rotation[5];
   const REALV d_j12 = d_p[3] * view->rotation[6] + d_p[4] * view->rotation[7] + d_p[5] * view->rotation[8];
-  const REALV along_x = view->fx * f.inverse_z, along_y = view->fy * f.inverse_z;
-  const REALV true_x = f.x * f.inverse_z, true_y = f.y * f.inverse_z;
   const REALV centre_x = s_to_x * ms * inverse_unit * view->fx;
   const REALV centre_y = (s_to_y * ms + t_to_y * mt) * inverse_unit * view->fy;
-  const REALV d_ratio_x = centre_x - (true_x == f.ratio_x ? along_x * d_j02 : (REALV)0);
-  const REALV d_ratio_y = centre_y - (true_y == f.ratio_y ? along_y * d_j12 : (REALV)0);
-  const REALV d_x = d_ratio_x * f.inverse_z, d_y = d_ratio_y * f.inverse_z;
-  const REALV d_z = -(d_ratio_x * true_x + d_ratio_y * true_y + along_x * (d_j00 - f.ratio_x * d_j02) +
-                      along_y * (d_j11 - f.ratio_y * d_j12)) *
-                    f.inverse_z;
+  const REALV d_ratio_x = centre_x - (f.true_x == f.ratio_x ? f.along_x * d_j02 : (REALV)0);
+  const REALV d_ratio_y = centre_y - (f.true_y == f.ratio_y ? f.along_y * d_j12 : (REALV)0);
+  const REALV d_x = d_ratio_x / f.z, d_y = d_ratio_y / f.z;
+  const REALV d_z = -(d_ratio_x * f.true_x + d_ratio_y * f.true_y + f.along_x * (d_j00 - f.ratio_x * d_j02) +
+                      f.along_y * (d_j11 - f.ratio_y * d_j12)) /
+                    f.z;
   for (int c = 0; c < 3; ++c) {
     g.position[c] = view->rotation[c] * d_x + view->rotation[3 + c] * d_y + view->rotation[6 + c] * d_z;
   }

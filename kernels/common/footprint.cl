@@ -5,7 +5,8 @@
 // is kept divided by unit^2, where unit is A's largest entry (at least 1), so that squares of huge scales stay finite;
 // its determinant is |a0 x a1|^2 by Lagrange's identity, which loses nothing for tiny ones.
 typedef struct {
-  REALV x, y, z, inverse_z, ratio_x, ratio_y;  // camera space; ratios clamped to the limits
+  REALV z, true_x, true_y, ratio_x, ratio_y;  // depth; x / z and y / z, and both clamped to the limits
+  REALV along_x, along_y;                     // focal lengths / z
   REALV w, i, j, k, inverse_norm;              // normalised quaternion
   REALV log_scale[3], scale[3];
   REALV r[9], p[6], a[6];  // R(q), J W, A / unit
@@ -27,12 +28,14 @@ inline Footprint footprint(global const View* view, global const REAL* positions
     in_camera[row] = view->rotation[3 * row] * position[0] + view->rotation[3 * row + 1] * position[1] +
                      view->rotation[3 * row + 2] * position[2];
   }
-  f.x = in_camera[0];
-  f.y = in_camera[1];
+  // Divided rather than multiplied by 1 / z: all pixels of a splat share these roundings, so that sums keep them.
   f.z = in_camera[2];
-  f.inverse_z = 1 / f.z;
-  f.ratio_x = fmin(fmax(f.x * f.inverse_z, view->left), view->right);
-  f.ratio_y = fmin(fmax(f.y * f.inverse_z, view->top), view->bottom);
+  f.true_x = in_camera[0] / f.z;
+  f.true_y = in_camera[1] / f.z;
+  f.ratio_x = fmin(fmax(f.true_x, view->left), view->right);
+  f.ratio_y = fmin(fmax(f.true_y, view->top), view->bottom);
+  f.along_x = view->fx / f.z;
+  f.along_y = view->fy / f.z;
 
   f.inverse_norm = 1 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   f.w = q[0] * f.inverse_norm;
@@ -49,11 +52,10 @@ inline Footprint footprint(global const View* view, global const REAL* positions
   f.r[7] = 2 * (f.j * f.k + f.w * f.i);
   f.r[8] = 1 - 2 * (f.i * f.i + f.j * f.j);
 
-  const REALV along_x = view->fx * f.inverse_z, along_y = view->fy * f.inverse_z;
   f.unit = 1;
   for (int c = 0; c < 3; ++c) {
-    f.p[c] = along_x * (view->rotation[c] - f.ratio_x * view->rotation[6 + c]);
-    f.p[3 + c] = along_y * (view->rotation[3 + c] - f.ratio_y * view->rotation[6 + c]);
+    f.p[c] = f.along_x * (view->rotation[c] - f.ratio_x * view->rotation[6 + c]);
+    f.p[3 + c] = f.along_y * (view->rotation[3 + c] - f.ratio_y * view->rotation[6 + c]);
   }
   for (int c = 0; c < 3; ++c) {
     f.scale[c] = exp_clamped(f.log_scale[c]);
