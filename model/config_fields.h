@@ -89,6 +89,7 @@ void visit_fields(LossConfig& config, Visitor& visit) {
   FIELD(lpips_every);
   FIELD(lpips_scale);
   FIELD(offset_weight);
+  FIELD(drift_weight);
   FIELD(scale_weight);
   FIELD(scale_limit);
   FIELD(collapse_weight);

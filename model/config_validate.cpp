@@ -68,6 +68,7 @@ void validate_loss(const LossConfig& loss, const Checker& check) {
   check.positive("loss.lpips_every", loss.lpips_every);
   check.positive("loss.lpips_scale", loss.lpips_scale);
   check.not_negative("loss.offset_weight", loss.offset_weight);
+  check.not_negative("loss.drift_weight", loss.drift_weight);
   check.not_negative("loss.scale_weight", loss.scale_weight);
   check.positive("loss.scale_limit", loss.scale_limit);
   check.not_negative("loss.collapse_weight", loss.collapse_weight);

@@ -25,11 +25,12 @@ std::map<std::string, double> LossTerms::values() const {
   return numbers;
 }
 
-Loss::Loss(Device& device, const Config& config, const Tensor& base_log_scales)
+Loss::Loss(Device& device, const Config& config, const Tensor& base_log_scales, RowGroups parts)
     : config_(config.loss),
       kl_weight_(config.net.kl_weight),
       offset_limit_(config.train.gradient_clip.offset_limit),
-      base_log_scales_(base_log_scales) {
+      base_log_scales_(base_log_scales),
+      parts_(std::move(parts)) {
   if (config_.lpips_weight > 0) {
     const std::filesystem::path path = lpips_weights_path(config_.lpips_weights, config_.lpips_network);
     lpips_.emplace(device, load_lpips_layers(path, config_.lpips_network));
@@ -85,6 +86,8 @@ LossTerms Loss::evaluate(Tape& tape, const std::vector<LossView>& views, const L
   }
   if (kl_weight_ > 0 && maps.divergence.defined()) add_weighted("kl", maps.divergence, kl_weight_);
 
+  if (config_.drift_weight > 0)
+    add_weighted("drift", mean_drift(tape, maps.position_offsets, parts_), config_.drift_weight);
   const Tensor offset = mean_length(tape, maps.position_offsets);
   if (offset_limit_ > 0) total = gate(tape, total, offset, offset_limit_);
   add_weighted("offset", offset, config_.offset_weight);

@@ -75,6 +75,7 @@ std::vector<Variant> loss_study(const Variant& base) {
   add_off(loss.ssim_weight, "no SSIM", "ssim_weight");
   add_off(loss.lpips_weight, "no LPIPS", "lpips_weight");
   add_off(loss.offset_weight, "no offset term", "offset_weight");
+  add_off(loss.drift_weight, "no drift term", "drift_weight");
   add_off(loss.scale_weight, "no scale term", "scale_weight");
   add_off(loss.collapse_weight, "no collapse term", "collapse_weight");
   if (loss.lpips_weight == 0) all.push_back(varied(base, "with LPIPS", {"loss.lpips_weight=0.1"}));

@@ -75,4 +75,12 @@ double Avatar::frontal_angle(const Pose& pose, const Camera& camera) const {
   return degas::frontal_angle(body_, pose, betas_, camera.center());
 }
 
+std::vector<int32_t> Avatar::main_joints() const {
+  const std::vector<int32_t> joints = skinning_.joints.to_host<int32_t>();
+  const auto influences = static_cast<size_t>(skinning_.joints.dim(1));
+  std::vector<int32_t> heaviest(joints.size() / influences);
+  for (size_t i = 0; i < heaviest.size(); ++i) heaviest[i] = joints[i * influences];
+  return heaviest;
+}
+
 }  // namespace degas

@@ -33,6 +33,8 @@ class Avatar {
   MapNetwork& network() { return *network_; }
   const MapNetwork& network() const { return *network_; }
   const GaussianBase& base() const { return base_; }
+  /// The joint that moves each Gaussian most, (N).
+  std::vector<int32_t> main_joints() const;
   int64_t gaussian_count() const { return base_.texels.size(); }
 
   /// The capture's pose of a frame with its finger angles whole; errors of BodyModel::with_hands.

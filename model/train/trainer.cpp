@@ -53,7 +53,8 @@ Trainer::Trainer(Device& device, const Config& config, const Capture& capture, c
              [this](int frame, const Camera& camera) { return avatar_.frontal_angle(capture_.pose(frame), camera); }),
       validation_codes_(codes_),
       preparer_(config_, capture, avatar_, views_, codes_),
-      loss_(device, config, avatar_.base().log_scales),
+      loss_(device, config, avatar_.base().log_scales,
+            group_rows(device, avatar_.main_joints(), avatar_.body().joint_count())),
       optimiser_(device, optimiser_options(config.train)) {
   for (const ParameterStore::Parameter& parameter : avatar_.network().parameters().parameters()) {
     Tensor(parameter.value).set_requires_gradient();

@@ -19,6 +19,7 @@ struct Scene {
   std::vector<LossView> views;
   LossMaps maps;
   Tensor base;
+  RowGroups parts;
 };
 
 /// Two views, 20 Gaussians of which some are far too large.
@@ -35,6 +36,9 @@ Scene make_scene(Device& device, int side = 40) {
   scene.maps.opacity_logits = random_tensor(device, {20}, 34, -8, 4).set_requires_gradient();
   scene.maps.divergence = random_tensor(device, {1}, 32, 1, 2).set_requires_gradient();
   scene.base = random_tensor(device, {20, 3}, 33, -4, -3);
+  std::vector<int32_t> parts(20);
+  for (int32_t i = 0; i < 20; ++i) parts[static_cast<size_t>(i)] = i % 3;
+  scene.parts = group_rows(device, parts, 4);
   return scene;
 }
 
@@ -42,6 +46,7 @@ Config without_lpips(double offset_limit = 0.1) {
   Config config;
   config.loss.lpips_weight = 0;
   config.net.kl_weight = 0.5;
+  config.loss.drift_weight = 0.02;
   config.loss.scale_floor = 0.5;  // which some of the scene's log-scales lie below
   config.train.gradient_clip.offset_limit = offset_limit;
   return config;
@@ -56,13 +61,14 @@ double number(const Tensor& tensor) {
 TEST_CASE("the total is the weighted sum of the terms, views averaged") {
   Device& device = test::device(GENERATE(from_range(kernel_sets())));
   const Scene scene = make_scene(device);
-  const Loss loss(device, without_lpips(), scene.base);
+  const Loss loss(device, without_lpips(), scene.base, scene.parts);
   Tape tape(device, false);
   const auto values = loss.evaluate(tape, scene.views, scene.maps, 0).values();
   double photometric = 0;
   for (const LossView& view : scene.views)
     photometric += 0.5 * number(l1_ssim_loss(tape, view.image, view.target, 0.2));
   const double offset = number(mean_length(tape, scene.maps.position_offsets));
+  const double drift = number(mean_drift(tape, scene.maps.position_offsets, scene.parts));
   const double excess = number(excess_scale(tape, scene.maps.log_scales, scene.base, 10));
   const double collapse = number(mean_shortfall(tape, scene.maps.opacity_logits, std::log(0.008 / 0.992))) +
                           number(mean_shortfall(tape, scene.maps.log_scales, std::log(0.5), scene.base));
@@ -70,14 +76,16 @@ TEST_CASE("the total is the weighted sum of the terms, views averaged") {
   REQUIRE(offset < 0.1);
   REQUIRE(excess > 0);
   REQUIRE(collapse > 0);
-  CHECK(values.size() == 6);
+  CHECK(values.size() == 7);
   CHECK(values.at("l1_ssim") == Approx(photometric).epsilon(1e-5));
   CHECK(values.at("offset") == Approx(offset));
+  CHECK(values.at("drift") == Approx(drift));
   CHECK(values.at("scale") == Approx(excess));
   CHECK(values.at("collapse") == Approx(collapse));
   CHECK(values.at("kl") == Approx(divergence));
-  CHECK(values.at("loss") ==
-        Approx(photometric + 0.001 * offset + excess + 0.01 * collapse + 0.5 * divergence).epsilon(1e-5));
+  CHECK(
+      values.at("loss") ==
+      Approx(photometric + 0.001 * offset + 0.02 * drift + excess + 0.01 * collapse + 0.5 * divergence).epsilon(1e-5));
 }
 
 TEST_CASE("offsets beyond the limit leave the offset term alone") {
@@ -86,7 +94,8 @@ TEST_CASE("offsets beyond the limit leave the offset term alone") {
   const auto total = [&](double limit) {
     Tensor(scene.maps.log_scales).clear_gradient();
     Tape tape(device);
-    const LossTerms terms = Loss(device, without_lpips(limit), scene.base).evaluate(tape, scene.views, scene.maps, 0);
+    const LossTerms terms =
+        Loss(device, without_lpips(limit), scene.base, scene.parts).evaluate(tape, scene.views, scene.maps, 0);
     const double value = number(terms.total), offset = number(terms.terms.at("offset"));
     tape.backward(terms.total);
     return std::pair{value, offset};
@@ -103,8 +112,8 @@ TEST_CASE("the gradient of the whole loss passes finite differences") {
   const Scene scene = make_scene(device, 12);
   Config config = without_lpips();
   // At their usual weights the differences of a total near 1 would keep too few digits of these terms.
-  config.loss.offset_weight = config.loss.collapse_weight = 1;
-  const Loss loss(device, config, scene.base);
+  config.loss.offset_weight = config.loss.drift_weight = config.loss.collapse_weight = 1;
+  const Loss loss(device, config, scene.base, scene.parts);
   const auto function = [&](Tape& tape, const std::vector<Tensor>&) {
     return std::vector{loss.evaluate(tape, scene.views, scene.maps, 0).total};
   };
@@ -128,7 +137,7 @@ TEST_CASE("the perceptual term: region, scale, and every n-th step with n times 
   config.loss.lpips_every = 3;
   Tape tape(device, false);
   const auto total = [&](const Config& c, int64_t step) {
-    return Loss(device, c, scene.base).evaluate(tape, scene.views, scene.maps, step).values();
+    return Loss(device, c, scene.base, scene.parts).evaluate(tape, scene.views, scene.maps, step).values();
   };
 
   const auto with = total(config, 3), between = total(config, 4);
@@ -157,8 +166,8 @@ TEST_CASE("a loss that wants LPIPS refuses to start without its weights") {
   Device& device = test::device(KernelSet::Wide);
   Config config;
   config.loss.lpips_weights = "/nowhere/lpips.npz";
-  CHECK_THROWS_AS(Loss(device, config, Tensor::zeros(device, {1, 3})), Error);
-  const Loss allowed(device, without_lpips(), Tensor::zeros(device, {1, 3}));
+  CHECK_THROWS_AS(Loss(device, config, Tensor::zeros(device, {1, 3}), {}), Error);
+  const Loss allowed(device, without_lpips(), Tensor::zeros(device, {1, 3}), {});
   Tape tape(device);
   CHECK_THROWS_AS(allowed.evaluate(tape, {}, {}, 0), std::logic_error);
 }
@@ -175,7 +184,7 @@ TEST_CASE("steps of loss and Adam repeat to the bit and allocate nothing after t
   size_t after_first = 0;
   const auto run = [&] {
     const Scene scene = make_scene(device);
-    const Loss loss(device, config, scene.base);
+    const Loss loss(device, config, scene.base, scene.parts);
     Optimiser adam(device);
     adam.add("image", scene.views[0].image);
     adam.add("log_scales", scene.maps.log_scales);
