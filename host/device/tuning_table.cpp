@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "host/device/user_cache.h"
+#include "host/error.h"
 
 namespace degas {
 namespace {
@@ -19,6 +22,17 @@ std::string name_of(TuneMode mode) {
 
 std::string index_of(const TuningKey& key) {
   return key.device + '\n' + key.driver + '\n' + key.kernel + '\n' + key.shape;
+}
+
+/// Throws what is no parameters: a fraction or a number beyond int is none either.
+Parameters parameters_of(const nlohmann::json& json) {
+  Parameters parameters;
+  for (const auto& [name, value] : json.get<std::map<std::string, nlohmann::json>>()) {
+    if (!value.is_number_integer() || std::abs(value.get<double>()) > std::numeric_limits<int>::max())
+      throw Error::format("'{}' is {}", name, value.dump());
+    parameters[name] = value.get<int>();
+  }
+  return parameters;
 }
 
 }  // namespace
@@ -40,12 +54,12 @@ TuningTable::Entries TuningTable::read() {
     if (document.at("version") != version) return entries;  // another version's: not damaged, and of no use
     for (const nlohmann::json& item : document.at("choices")) {
       const Entry entry{{item.at("device"), item.at("driver"), item.at("kernel"), item.at("shape"), item.at("source")},
-                        {item.at("parameters").get<Parameters>(),
+                        {parameters_of(item.at("parameters")),
                          item.at("mode") == name_of(TuneMode::Full) ? TuneMode::Full : TuneMode::Fast, item.at("ms"),
                          item.at("default_ms")}};
       entries.insert_or_assign(index_of(entry.key), entry);
     }
-  } catch (const nlohmann::json::exception&) {
+  } catch (const std::exception&) {
     if (!damage_told_) fmt::print(stderr, "tuner: {}: damaged; it is made anew\n", file_.string());
     damage_told_ = true;
     entries.clear();

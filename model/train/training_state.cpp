@@ -108,7 +108,9 @@ void restore_optimiser(Optimiser& optimiser, const Checkpoint& checkpoint) {
   try {
     const nlohmann::json& saved = checkpoint.header.at("optimiser");
     const auto count = [&](const char* key) { return number<int>(saved.at(key), key, 0, most_updates, file); };
-    progress.counters = {count("applied"), count("skipped"), count("skipped_in_a_row"), {}};
+    progress.counters.applied = count("applied");
+    progress.counters.skipped = count("skipped");
+    progress.counters.skipped_in_a_row = count("skipped_in_a_row");
     // Checkpoints of before there was one lack it: it is then learnt anew.
     if (saved.contains("log_largest_norm"))
       progress.log_largest_norm =

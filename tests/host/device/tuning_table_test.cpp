@@ -72,9 +72,15 @@ TEST_CASE("a damaged table counts as empty and is made anew") {
   const auto file = folder / "tuning.json";
   TuningTable(file).add(key, choice);
   const std::string whole = text_of(file);
+  const auto with_pixels = [&](const std::string& number) {
+    const std::string written = "\"pixels\": 6";
+    REQUIRE(whole.find(written) != std::string::npos);
+    return std::string(whole).replace(whole.find(written), written.size(), "\"pixels\": " + number);
+  };
   const std::string damage =
       GENERATE_COPY(std::string(), std::string("\0\xff{", 3), std::string("[]"), std::string("{\"version\": 1}"),
-                    std::string("{\"version\": 1, \"choices\": [{\"device\": 3}]}"), whole.substr(0, whole.size() / 2));
+                    std::string("{\"version\": 1, \"choices\": [{\"device\": 3}]}"), whole.substr(0, whole.size() / 2),
+                    with_pixels("6.5"), with_pixels("1e26"), with_pixels("4294967302"), with_pixels("null"));
   std::ofstream(file, std::ios::trunc) << damage;
   TuningTable table(file);
   CHECK(table.size() == 0);
