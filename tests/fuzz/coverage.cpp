@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "host/io/file_bytes.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/kept_inputs.h"
 
 #ifdef DEGAS_LIBFUZZER
 extern "C" int LLVMFuzzerRunDriver(int* count, char*** arguments, int (*take)(const uint8_t* bytes, size_t size));
@@ -20,29 +22,21 @@ namespace degas::test {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr size_t head_bytes = 2;  ///< of an input: a seed's number, a part's
-
 const FuzzTarget* fuzzed = nullptr;  // libFuzzer's callback takes no more than bytes
 fs::path place;
 
 int take(const uint8_t* bytes, size_t size) {
-  if (size < head_bytes) return -1;  // is not kept
-  Parts parts = fuzzed->seeds[bytes[0] % fuzzed->seeds.size()];
-  const auto part = std::next(parts.begin(), static_cast<ptrdiff_t>(bytes[1] % parts.size()));
-  const auto* begin = reinterpret_cast<const std::byte*>(bytes);
-  part->second.assign(begin + head_bytes, begin + size);
   fs::remove_all(place);
-  write_input(*fuzzed, parts, place);
+  write_input(*fuzzed, parts_of_input(*fuzzed, std::as_bytes(std::span(bytes, size))), place);
   const std::string fault = fault_of(*fuzzed, place);
   if (!fault.empty()) {
-    std::fprintf(stderr, "%s: seed %d, part '%s': %s\n", fuzzed->input.c_str(), bytes[0], part->first.c_str(),
-                 fault.c_str());
+    std::fprintf(stderr, "%s: %s\n", fuzzed->input.c_str(), fault.c_str());
     std::abort();
   }
   return 0;
 }
 
-/// The seeds' parts, each an input. Gives the size of the largest.
+/// The seeds' parts, each an input, and what is kept of earlier searches. Gives the size of the largest.
 size_t write_seeds(const FuzzTarget& target, const fs::path& folder) {
   size_t largest = 0;
   for (size_t seed = 0; seed < std::min<size_t>(target.seeds.size(), 256); ++seed) {
@@ -54,6 +48,11 @@ size_t write_seeds(const FuzzTarget& target, const fs::path& folder) {
       largest = std::max(largest, input.size());
       write_file_atomically(folder / fmt::format("seed-{}-{}", seed, number++), input);
     }
+  }
+  size_t number = 0;
+  for (const Bytes& input : kept_inputs(target.input)) {
+    largest = std::max(largest, input.size());
+    write_file_atomically(folder / fmt::format("kept-{}", number++), input);
   }
   return largest;
 }

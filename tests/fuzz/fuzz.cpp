@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -14,6 +15,7 @@
 #include "host/io/file_bytes.h"
 #include "host/io/zip_archive.h"
 #include "tests/fuzz/allocations.h"
+#include "tests/fuzz/kept_inputs.h"
 #include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 
@@ -102,6 +104,15 @@ void write_input(const FuzzTarget& target, const Parts& parts, const fs::path& p
   write_bytes(path, parts.begin()->second);
 }
 
+Parts parts_of_input(const FuzzTarget& target, std::span<const std::byte> input) {
+  const auto head = [&](size_t place) { return place < input.size() ? std::to_integer<size_t>(input[place]) : 0; };
+  Parts parts = target.seeds[head(0) % target.seeds.size()];
+  const auto part = std::next(parts.begin(), static_cast<ptrdiff_t>(head(1) % parts.size()));
+  const auto bytes = input.subspan(std::min<size_t>(2, input.size()));
+  part->second.assign(bytes.begin(), bytes.end());
+  return parts;
+}
+
 void fuzz(const FuzzTarget& target) {
   if (std::getenv("DEGAS_FUZZ_LIST")) {
     fmt::print("{}\n", target.input);
@@ -110,6 +121,11 @@ void fuzz(const FuzzTarget& target) {
   if (const char* corpus = std::getenv("DEGAS_FUZZ_CORPUS")) {
     const char* wanted = std::getenv("DEGAS_FUZZ_TARGET");
     if (wanted && target.input != wanted) return;
+    if (const char* folder = std::getenv("DEGAS_FUZZ_KEEP")) {
+      if (fs::exists(fs::path(corpus) / target.input))
+        keep_inputs(fs::path(corpus) / target.input, target.input, folder);
+      return;
+    }
     fuzz_by_coverage(target, corpus);
   }
   std::optional<TemporaryFolder> own;
@@ -122,6 +138,13 @@ void fuzz(const FuzzTarget& target) {
     write_input(target, seed, input);
     REQUIRE_NOTHROW(target.read(input));
     REQUIRE(fault_of(target, input) == "");
+  }
+  const std::vector<Bytes> kept = kept_inputs(target.input);
+  for (size_t i = 0; i < kept.size() && !chosen; ++i) {
+    fs::remove_all(input);
+    write_input(target, parts_of_input(target, kept[i]), input);
+    const std::string fault = fault_of(target, input);
+    if (!fault.empty()) FAIL_CHECK(target.input << ": kept input " << i << ": " << fault);
   }
   uint64_t name_seed = 0xcbf29ce484222325u;
   for (const unsigned char c : target.input) name_seed = (name_seed ^ c) * 0x100000001b3u;
@@ -141,7 +164,8 @@ void fuzz(const FuzzTarget& target) {
                             << "\n  again: this test case with DEGAS_FUZZ_ROUND=" << round);
   }
   if (chosen) return;
-  std::printf("%s: %d rounds, %d refused, %d faults\n", target.input.c_str(), rounds, refused, faults);
+  std::printf("%s: %zu kept inputs, %d rounds, %d refused, %d faults\n", target.input.c_str(), kept.size(), rounds,
+              refused, faults);
   if (!target.never_refuses) CHECK(refused > 0);  // or nothing of what was damaged is looked at
 }
 

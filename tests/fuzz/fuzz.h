@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,14 +33,19 @@ inline constexpr size_t free_bytes = size_t{32} << 20;
 /// input, within ten seconds and with 4 x the input's bytes + free_bytes of memory from operator new at most.
 std::string fault_of(const FuzzTarget& target, const std::filesystem::path& input, bool* was_refused = nullptr);
 
-/// Reads the seeds, which must succeed, then so many damaged inputs, and fails the test case for every fault with what
-/// repeats it. DEGAS_FUZZ_FACTOR multiplies the rounds; DEGAS_FUZZ_ROUND=N runs that round alone and keeps its input.
-/// DEGAS_FUZZ_LIST: prints the target's name and does nothing more. DEGAS_FUZZ_CORPUS=FOLDER: hands the target to
-/// libFuzzer instead, see fuzz_by_coverage; DEGAS_FUZZ_TARGET=NAME: this one alone.
+/// An input of a search as parts: the number of a seed (one byte), that of its part, the bytes in that part's place.
+/// What a short one lacks is 0.
+Parts parts_of_input(const FuzzTarget& target, std::span<const std::byte> input);
+
+/// Reads the seeds, which must succeed, the inputs kept of earlier searches, then so many damaged ones, and fails the
+/// test case for every fault with what repeats it. DEGAS_FUZZ_FACTOR multiplies the rounds; DEGAS_FUZZ_ROUND=N runs
+/// that round alone and keeps its input. DEGAS_FUZZ_LIST: prints the target's name and does nothing more.
+/// DEGAS_FUZZ_CORPUS=FOLDER: hands the target to libFuzzer instead, see fuzz_by_coverage; DEGAS_FUZZ_TARGET=NAME: this
+/// one alone; DEGAS_FUZZ_KEEP=FOLDER: searches no more but keeps there what the corpus holds of it, see keep_inputs.
 void fuzz(const FuzzTarget& target);
 
 /// libFuzzer's search for inputs that reach new code, DEGAS_FUZZ_SECONDS (600) long, and ends the program. What it goes
-/// on from and finds lies in corpus/NAME, one file an input: the number of a seed, that of its part, the part's bytes.
+/// on from and finds lies in corpus/NAME, one file an input as parts_of_input takes it.
 /// One that shows a fault is left there as fault-*, and its files in corpus/now. Throws std::logic_error where the
 /// program is built without libFuzzer.
 [[noreturn]] void fuzz_by_coverage(const FuzzTarget& target, const std::filesystem::path& corpus);

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # libFuzzer on every reader of files, one after the other:
 #   search.sh BUILD CORPUS [SECONDS [TARGET ...]]
-# BUILD: folder of `cmake --preset fuzzer`. CORPUS: where inputs that reach new code are kept, and faults (fault-*).
+# BUILD: folder of `cmake --preset fuzzer`. CORPUS: where inputs that reach new code go, and faults (fault-*).
 # SECONDS: for each target, 600. TARGETs: by the name of their input, default all. Ends with 1 where a fault was found.
 set -euo pipefail
 [ $# -ge 2 ] || { sed -n '2,5s/^# \{0,1\}//p' "$0" >&2; exit 2; }
