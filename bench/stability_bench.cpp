@@ -57,7 +57,7 @@ std::string chart_of(const StressAxis& axis) {
     for (const StressPoint& at : from.points) line.points.emplace_back(at.stress, std::min(at.error, most));
     series.push_back(line);
   }
-  series.push_back({"promised", {{axis.range_low, promised_error}, {axis.range_high, promised_error}}});
+  series.push_back({"promised", {{axis.range_low, promised_error}, {axis.range_high, promised_error}}, true});
   return svg_chart(axis.name, axis.unit, series, true);
 }
 
@@ -134,7 +134,7 @@ int main(int count, char** values) try {
   std::optional<Device> other;
   if (options.check && device.is_wide()) {
     device_options.kernel_set = KernelSet::Gpu;
-    devices.push_back({"degas, GPU kernels", other.emplace(device_options)});
+    devices.push_back({"degas, GPU set", other.emplace(device_options)});
   }
   const std::vector<StressAxis> axes = measure_stress(devices);
   print(axes);

@@ -74,7 +74,7 @@ struct LossConfig {
   int lpips_every = 1;                              ///< steps between perceptual losses (its weight grows as much)
   double lpips_scale = 1;                           ///< factor on the region's size before the perceptual network
   double offset_weight = 0.001;                     ///< on the mean length of the position head
-  double drift_weight = 0;                          ///< on its mean vector's over each joint's part. Not in the paper
+  double drift_weight = 0;                          ///< on the length of its mean over what a joint moves. Not in the paper
   double scale_weight = 1;                          ///< on log-scales that exceed scale_limit times their base
   double scale_limit = 10;
   /// On the mean shortfalls of opacity logits and log-scales below their floors; 0: off. Not in the paper.

@@ -56,7 +56,7 @@ std::vector<double> loss_weights(const Camera& camera) {
   uint32_t state = 7;
   for (double& weight : weights) {
     state = state * 1664525u + 1013904223u;
-    weight = static_cast<int32_t>(state) * 0x1p-31;
+    weight = static_cast<float>(static_cast<int32_t>(state)) * 0x1p-31;
   }
   return weights;
 }
@@ -184,7 +184,8 @@ std::vector<StressAxis> measure_stress(const std::vector<StressedDevice>& device
                                   number(stressed, splat, i) += 2.6 + stress * std::log(10.0);
                               }
                             }));
-  axes.push_back(splat_axis(devices, {"needle", "log10 of the ratio of the longest to the shortest axis", 0.25, 2.5, {}},
+  axes.push_back(splat_axis(devices,
+                            {"needle", "log10 of the ratio of the longest to the shortest axis", 0.25, 2.5, {}},
                             steps(0.25, 6, 0.25), {}, [](Stressed& stressed, double stress) {
                               for (int splat = 0; splat < splats_of_scene; ++splat) {
                                 for (int i = 7; i < 10; ++i) number(stressed, splat, i) = -5.3;
@@ -250,8 +251,8 @@ std::vector<std::string> broken_promises(const std::vector<StressAxis>& axes) {
       };
       constexpr int fewest = 10;
       if (std::count_if(ours.points.begin(), ours.points.end(), in_range) < fewest)
-        broken.push_back(
-            fmt::format("{}: fewer than {} stresses in the working range have a picture", axis.name, fewest));
+        broken.push_back(fmt::format("{}: fewer than {} stresses in the working range have a picture", axis.name,
+                                     ours.name, fewest));
       for (size_t i = 0; i < ours.points.size(); ++i) {
         const StressPoint& at = ours.points[i];
         if (!std::isfinite(at.worst)) tell(axis, ours, at, "a result is not finite");

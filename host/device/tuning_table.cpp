@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host/device/user_cache.h"
-#include "host/error.h"
 
 namespace degas {
 namespace {
@@ -24,12 +23,12 @@ std::string index_of(const TuningKey& key) {
   return key.device + '\n' + key.driver + '\n' + key.kernel + '\n' + key.shape;
 }
 
-/// Throws what is no parameters: a fraction or a number beyond int is none either.
+/// Throws a JSON library's exception where a value is no whole number that an int holds.
 Parameters parameters_of(const nlohmann::json& json) {
   Parameters parameters;
   for (const auto& [name, value] : json.get<std::map<std::string, nlohmann::json>>()) {
     if (!value.is_number_integer() || std::abs(value.get<double>()) > std::numeric_limits<int>::max())
-      throw Error::format("'{}' is {}", name, value.dump());
+      throw nlohmann::json::out_of_range::create(406, "a parameter is " + value.dump(), &value);
     parameters[name] = value.get<int>();
   }
   return parameters;
@@ -59,7 +58,7 @@ TuningTable::Entries TuningTable::read() {
                          item.at("default_ms")}};
       entries.insert_or_assign(index_of(entry.key), entry);
     }
-  } catch (const std::exception&) {
+  } catch (const nlohmann::json::exception&) {
     if (!damage_told_) fmt::print(stderr, "tuner: {}: damaged; it is made anew\n", file_.string());
     damage_told_ = true;
     entries.clear();

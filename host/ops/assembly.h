@@ -32,7 +32,7 @@ struct CanonicalGaussians {
   Tensor log_scales;      ///< (N,3)
   Tensor opacities;       ///< (N) 0..1
   Tensor colors;          ///< (N,3), at least 0
-  Tensor offsets;         ///< (N,3): d_mu of the covered texels, for the loss's offset term
+  Tensor offsets;         ///< (N,3): d_mu of the covered texels, for the loss's offset and drift terms
   Tensor opacity_logits;  ///< (N), for the loss's opacity term
   Tensor harmonics;       ///< (N,K,3), or undefined
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <numeric>
+#include <span>
 #include <stdexcept>
 
 #include "host/ops/batch.h"

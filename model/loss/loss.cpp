@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "host/ops/pointwise.h"
 #include "host/ops/regularizer.h"

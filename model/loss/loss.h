@@ -41,13 +41,13 @@ struct LossTerms {
   std::map<std::string, double> values() const;
 };
 
-/// (1 - w) L1 + w (1 - SSIM) + LPIPS + mean |d_mu| + L_s + L_c + KL, weighted as the config says (method.md, "Loss,
-/// optimiser, schedule"). Two are this project's own. "drift" is how far the Gaussians of each part of the body have
-/// moved off it as a whole: poses that are refined together and offsets can both do that, so that pictures do not tell,
-/// but a novel sequence has the poses as registered. L_c, "collapse", is the mean shortfall of opacity logits below
-/// that of loss.opacity_floor, and of log-scales below loss.scale_floor times their base. Pictures have no say beyond:
-/// what is fainter than 1/255 is not drawn, and of what is far below a pixel only the blur shows, so that a step too
-/// far (L_s does that to scales that have exploded) would be for good. Decides and adds on the device.
+/// (1 - w) L1 + w (1 - SSIM) + LPIPS + mean |d_mu| + L_d + L_s + L_c + KL, weighted as the config says (method.md,
+/// "Loss, optimiser, schedule"). Two are this project's own. L_d, "drift", is how far the Gaussians of each part of the
+/// body have moved off it as a whole: poses that are refined together and offsets can both do that, so that pictures do
+/// not tell, but a novel sequence has the poses as registered. L_c, "collapse", is the mean shortfall of opacity logits
+/// below that of loss.opacity_floor, and of log-scales below loss.scale_floor times their base. Pictures have no say
+/// beyond: what is fainter than 1/255 is not drawn, and of what is far below a pixel only the blur shows, so that a
+/// step too far (L_s does that to scales that have exploded) would be for good. Decides and adds on the device.
 class Loss {
  public:
   /// Reads config.loss, net.kl_weight and train.gradient_clip.offset_limit (a step whose mean |d_mu| exceeds it has the

@@ -10,7 +10,8 @@ namespace degas {
 namespace {
 
 constexpr double width = 500, height = 300, left = 60, right = 12, top = 34, bottom = 40;
-constexpr const char* colors[] = {"#1b6ca8", "#c8553d", "#4a8f4a", "#8a5ea8"};
+constexpr const char* colors[] = {"#1b6ca8", "#c8553d", "#4a8f4a", "#8a5ea8", "#b8860b", "#3a3a3a"};
+constexpr const char* limit_color = "#999";
 
 struct Extent {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
@@ -81,11 +82,12 @@ std::string svg_chart(const std::string& title, const std::string& x_label, cons
                      x_label);
   double legend_x = width - right;
   for (size_t i = series.size(); i-- > 0;) {
-    const char* color = colors[i % std::size(colors)];
-    svg += fmt::format("<text x=\"{:.0f}\" y=\"28\" text-anchor=\"end\" fill=\"{}\">{}</text>", legend_x, color,
-                       series[i].name);
-    legend_x -= 12 + 6.5 * static_cast<double>(series[i].name.size());
-    svg += fmt::format("<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\" points=\"", color);
+    const char* color = series[i].is_limit ? limit_color : colors[i % std::size(colors)];
+    svg += fmt::format("<text x=\"{:.0f}\" y=\"28\" text-anchor=\"end\" font-size=\"10\" fill=\"{}\">{}</text>",
+                       legend_x, color, series[i].name);
+    legend_x -= 10 + 5.6 * static_cast<double>(series[i].name.size());
+    svg += fmt::format("<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"{} points=\"", color,
+                       series[i].is_limit ? " stroke-dasharray=\"5 3\"" : "");
     for (const auto& [x, y] : series[i].points) {
       if (drawable(y)) svg += fmt::format("{:.1f},{:.1f} ", to_x(x), to_y(scaled(y)));
     }

@@ -9,6 +9,7 @@ namespace degas {
 struct ChartSeries {
   std::string name;
   std::vector<std::pair<double, double>> points;  ///< (x, y), x ascending
+  bool is_limit = false;                          ///< not measured but to be kept to: grey and dashed
 };
 
 /// A line chart as one <svg> element: axes with round ticks, a legend, y on a logarithmic scale if asked (values that

@@ -41,8 +41,10 @@ void Trainer::resume() {
   saved.train.max_skipped_steps = config_.train.max_skipped_steps;
   const std::vector<std::string> changes = config_differences(before, saved);
   if (const std::vector<std::string> differences = config_differences(saved, config_); !differences.empty()) {
-    throw Error::format("{}: was trained with another configuration: {}; resume with the same, or name another --out",
-                        file, fmt::join(differences, ", "));
+    throw Error::format(
+        "{}: was trained with another configuration: {}; resume with the "
+        "run's config.json as --config, or name another --out",
+        file, fmt::join(differences, ", "));
   }
   if (state.capture != capture_.identity()) {
     throw Error::format("{}: was trained on another capture, or its files changed; give that --data, or another --out",

@@ -30,7 +30,8 @@ int take(const uint8_t* bytes, size_t size) {
   write_input(*fuzzed, parts_of_input(*fuzzed, std::as_bytes(std::span(bytes, size))), place);
   const std::string fault = fault_of(*fuzzed, place);
   if (!fault.empty()) {
-    std::fprintf(stderr, "%s: %s\n", fuzzed->input.c_str(), fault.c_str());
+    std::fprintf(stderr, "%s: seed %d, part %d: %s\n", fuzzed->input.c_str(), size > 0 ? bytes[0] : 0,
+                 size > 1 ? bytes[1] : 0, fault.c_str());
     std::abort();
   }
   return 0;

@@ -4,6 +4,7 @@
 
 #include "host/error.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/kept_inputs.h"
 #include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 
@@ -72,4 +73,28 @@ TEST_CASE("equal seeds damage alike, others otherwise, and every byte may be met
   CHECK(longer > 50);
   CHECK(shorter > 50);
   CHECK(std::count(met.begin(), met.end(), false) == 0);
+}
+
+TEST_CASE("what is kept of a search comes back once, smallest first, without seeds and faults") {
+  const TemporaryFolder folder;
+  const Parts found = {{"seed-0-0", Bytes(7)},       {"fault-1", Bytes(9)}, {"a", bytes_of("4567")},
+                       {"kept-0", bytes_of("4567")}, {"b", Bytes(300)},     {"c", {}}};
+  write_folder(found, folder / "found");
+  keep_inputs(folder / "found", "target", folder / "kept");
+  CHECK(kept_inputs("target", folder / "kept") == std::vector<Bytes>{{}, bytes_of("4567"), Bytes(300)});
+  CHECK(kept_inputs("another", folder / "kept").empty());
+
+  const FuzzTarget target{"input.bin", {whole(bytes_of("one")), {{"a", {}}, {"b", bytes_of("two")}}}, {}, {}};
+  CHECK(parts_of_input(target, {}) == Parts{{"", {}}});
+  CHECK(parts_of_input(target, bytes_of("\3\1three")) == Parts{{"a", {}}, {"b", bytes_of("three")}});
+}
+
+TEST_CASE("every archive of kept inputs holds some") {
+  int archives = 0;
+  for (const auto& entry : fs::directory_iterator(kept_inputs_folder())) {
+    CAPTURE(entry.path());
+    CHECK(!kept_inputs(entry.path().stem().string()).empty());
+    ++archives;
+  }
+  CHECK(archives > 5);
 }

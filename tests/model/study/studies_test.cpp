@@ -45,6 +45,7 @@ TEST_CASE("studies vary what they say around the base, which comes first") {
 
   CHECK(names_of(of("losses", base_of())) ==
         Names{"all terms", "no SSIM", "no LPIPS", "no offset term", "no scale term", "no collapse term"});
+  CHECK(names_of(of("losses", base_of(R"({"loss":{"drift_weight":0.02}})")))[4] == "no drift term");
   CHECK(of("losses", base_of(R"({"loss":{"lpips_weight":0}})")).back().config.loss.lpips_weight == 0.1);
 
   const std::vector<Variant> size = of("size", base_of(R"({"net":{"resolution":128}})"));
