@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int most_faults = 5;          ///< of a target that are told
-constexpr double longest_seconds = 20;  ///< of a round, on the processor, sanitizers included
+constexpr double longest_seconds = 10;  ///< of a round, on the processor, sanitizers included
 
 /// The number in an environment variable, where there is one.
 std::optional<int> number_in(const char* variable) {

@@ -30,7 +30,7 @@ struct FuzzTarget {
 inline constexpr size_t free_bytes = size_t{32} << 20;
 
 /// What is wrong with how `read` takes the input, "" when nothing: it must succeed, or throw an Error that names the
-/// input, within twenty seconds of the processor and with 4 x the input's bytes + free_bytes of memory from operator
+/// input, within ten seconds of the processor and with 4 x the input's bytes + free_bytes of memory from operator
 /// new at most.
 std::string fault_of(const FuzzTarget& target, const std::filesystem::path& input, bool* was_refused = nullptr);
 
