@@ -251,7 +251,7 @@ std::vector<std::string> broken_promises(const std::vector<StressAxis>& axes) {
       };
       constexpr int fewest = 10;
       if (std::count_if(ours.points.begin(), ours.points.end(), in_range) < fewest)
-        broken.push_back(fmt::format("{}: fewer than {} stresses in the working range have a picture", axis.name,
+        broken.push_back(fmt::format("{}, {}: fewer than {} stresses in the working range have a picture", axis.name,
                                      ours.name, fewest));
       for (size_t i = 0; i < ours.points.size(); ++i) {
         const StressPoint& at = ours.points[i];

@@ -42,8 +42,8 @@ void Trainer::resume() {
   const std::vector<std::string> changes = config_differences(before, saved);
   if (const std::vector<std::string> differences = config_differences(saved, config_); !differences.empty()) {
     throw Error::format(
-        "{}: was trained with another configuration: {}; resume with the "
-        "run's config.json as --config, or name another --out",
+        "{}: was trained with another configuration: {}; resume with the run's config.json as --config, or name "
+        "another --out",
         file, fmt::join(differences, ", "));
   }
   if (state.capture != capture_.identity()) {
