@@ -13,6 +13,7 @@ void add_pack_command(CLI::App& app);
 void add_train_command(CLI::App& app);
 void add_encode_faces_command(CLI::App& app);
 void add_eval_command(CLI::App& app);
+void add_fit_poses_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 void add_ablate_command(CLI::App& app);

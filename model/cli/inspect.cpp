@@ -12,7 +12,7 @@ namespace degas {
 namespace {
 
 struct InspectOptions {
-  std::filesystem::path data, body, output;
+  std::filesystem::path data, body, output, poses;
   std::string format, cameras, frames;
 };
 
@@ -20,6 +20,7 @@ void inspect(const InspectOptions& options) {
   std::vector<std::string> warnings;
   CaptureOptions capture_options;
   capture_options.format = options.format;
+  capture_options.poses = options.poses;
   capture_options.incomplete = true;
   capture_options.warn = [&](const std::string& text) { warnings.push_back(text); };
   const std::unique_ptr<Capture> capture = open_uncached_capture(options.data, capture_options);
@@ -51,6 +52,7 @@ void add_inspect_command(CLI::App& app) {
   command->add_option("--body", options->body, "Body model, SMPL-X npz layout");
   command->add_option("--out", options->output, "Folder to write")->required();
   command->add_option("--format", options->format, format_help)->check(CLI::IsMember(capture_formats()));
+  command->add_option("--poses", options->poses, poses_help);
   command->add_option("--cameras", options->cameras, fmt::format("{} (default: up to 40)", cameras_help));
   command->add_option("--frames", options->frames,
                       "Frames, e.g. 0,4,8:20:2 or 0:400:4 (default: up to 12, spread evenly)");

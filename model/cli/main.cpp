@@ -24,6 +24,7 @@ int main(int count, char** arguments) {
   degas::add_train_command(app);
   degas::add_encode_faces_command(app);
   degas::add_eval_command(app);
+  degas::add_fit_poses_command(app);
   degas::add_render_command(app);
   degas::add_export_command(app);
   degas::add_ablate_command(app);

@@ -15,7 +15,7 @@ namespace degas {
 namespace {
 
 struct PackCommand {
-  std::filesystem::path data, output, codes;
+  std::filesystem::path data, output, poses, codes;
   std::string format, frames, cameras;
   double image_scale = 1;
 };
@@ -27,6 +27,7 @@ void pack(const PackCommand& command) {
   CaptureOptions opening;
   opening.image_scale = command.image_scale;
   opening.format = command.format;
+  opening.poses = command.poses;
   opening.codes = command.codes;
   std::unique_ptr<Capture> whole = open_uncached_capture(command.data, opening);
   const std::vector<int> frames = selected_frames(selection_parts(command.frames), whole->frame_count(), "--frames");
@@ -73,6 +74,7 @@ void add_pack_command(CLI::App& app) {
   command->add_option("--cameras", options->cameras, fmt::format("{} (default: all)", cameras_help));
   command->add_option("--frames", options->frames, fmt::format("{}; they are counted from 0 in the pack", frames_help));
   command->add_option("--format", options->format, format_help)->check(CLI::IsMember(capture_formats()));
+  command->add_option("--poses", options->poses, poses_help);
   command->add_option("--codes", options->codes, "Where the capture's face codes lie (default: in the capture)");
   command->callback([options] { pack(*options); });
 }

@@ -40,6 +40,7 @@ void print_tuning(const Device& device) {
 
 void add_capture_options(CLI::App& command, CaptureChoice& choice) {
   command.add_option("--format", choice.format, format_help)->check(CLI::IsMember(capture_formats()));
+  command.add_option("--poses", choice.poses, poses_help);
   command.add_option(
       "--codes", choice.codes,
       "Where the capture's face codes lie: a folder with dpe/ as encode-faces writes it, a zip of them, or\n"
@@ -52,6 +53,7 @@ CaptureOptions CaptureChoice::options(const Config& config) const {
   options.image_scale = config.data.image_scale;
   options.cache = cache;
   options.format = format;
+  options.poses = poses;
   options.codes = codes;
   return options;
 }

@@ -11,6 +11,7 @@
 #include "model/data/dreams_capture.h"
 #include "model/data/image_cache.h"
 #include "model/data/packed_capture.h"
+#include "model/data/registration.h"
 
 namespace degas {
 namespace fs = std::filesystem;
@@ -49,19 +50,8 @@ std::string known_files() {
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
-}  // namespace
-
-void print_warning(const std::string& text) {
-  fmt::print(stderr, "warning: {}\n", text);
-}
-
-std::vector<std::string> capture_formats() {
-  std::vector<std::string> names;
-  for (const Format& format : formats()) names.push_back(format.name);
-  return names;
-}
-
-std::unique_ptr<Capture> open_uncached_capture(const fs::path& path, const CaptureOptions& options) {
+/// As it lies there: without a cache, with its own body parameters.
+std::unique_ptr<Capture> open_recording(const fs::path& path, const CaptureOptions& options) {
   if (!(options.image_scale > 0 && options.image_scale <= 1)) {
     throw Error::format("image_scale is {}, expected above 0 and at most 1", options.image_scale);
   }
@@ -94,10 +84,32 @@ std::unique_ptr<Capture> open_uncached_capture(const fs::path& path, const Captu
   throw Error::format("{}: holds no known capture; they are told by their files: {}", path.string(), known_files());
 }
 
+std::unique_ptr<Capture> registered(std::unique_ptr<Capture> recording, const CaptureOptions& options) {
+  return options.poses.empty() ? std::move(recording)
+                               : with_registration(std::move(recording), options.poses, options.warn);
+}
+
+}  // namespace
+
+void print_warning(const std::string& text) {
+  fmt::print(stderr, "warning: {}\n", text);
+}
+
+std::vector<std::string> capture_formats() {
+  std::vector<std::string> names;
+  for (const Format& format : formats()) names.push_back(format.name);
+  return names;
+}
+
+std::unique_ptr<Capture> open_uncached_capture(const fs::path& path, const CaptureOptions& options) {
+  return registered(open_recording(path, options), options);
+}
+
 std::unique_ptr<Capture> open_capture(const fs::path& path, const CaptureOptions& options) {
   if (fs::is_regular_file(path)) return open_uncached_capture(path, options);  // a pack is decoded already
   const fs::path cache = options.cache.empty() ? cache_folder() / "captures" : options.cache;
-  return std::make_unique<CachedCapture>(open_uncached_capture(path, options), cache, options.warn);
+  // Pictures are kept for every registration alike.
+  return registered(std::make_unique<CachedCapture>(open_recording(path, options), cache, options.warn), options);
 }
 
 }  // namespace degas

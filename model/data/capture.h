@@ -79,6 +79,7 @@ struct CaptureOptions {
   std::filesystem::path cache;  ///< folder of decoded pictures; empty: captures/ in the user's cache folder
   std::string format;           ///< one of capture_formats(); empty: told from the files
   std::filesystem::path codes;  ///< where face codes lie (DreamsCodes); empty: in the capture
+  std::filesystem::path poses;  ///< body parameters in place of the capture's (with_registration); empty: its own
   bool incomplete = false;      ///< also without body parameters, masks or capture.json: to look at, not to train
   std::function<void(const std::string&)> warn = print_warning;  ///< told once for each thing that is skipped
 };

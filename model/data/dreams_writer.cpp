@@ -16,12 +16,6 @@ namespace {
 
 constexpr size_t dreams_betas = 300, dreams_expressions = 100;
 
-std::vector<float> padded(const std::vector<double>& values, size_t size) {
-  std::vector<float> out(values.begin(), values.end());
-  out.resize(std::max(size, out.size()));
-  return out;
-}
-
 }  // namespace
 
 DreamsWriter::DreamsWriter(const fs::path& folder, std::vector<Camera> cameras, double frames_per_second)
@@ -80,41 +74,15 @@ void DreamsWriter::finish(const std::vector<Pose>& poses, const std::vector<doub
 
 void DreamsWriter::write_parameters(const std::vector<Pose>& poses, const std::vector<double>& betas,
                                     bool flat_hand_mean) const {
-  const auto frames = static_cast<int64_t>(poses.size());
-  std::map<std::string, NpyArray> arrays;
-  for (const SmplxJointBlock& block : smplx_joint_blocks) {
-    std::vector<float> values;
-    for (const Pose& pose : poses) {
-      for (int joint = 0; joint < block.joints; ++joint) {
-        const Eigen::Vector3f angles =
-            pose.axis_angles.at(static_cast<size_t>(block.first_joint + joint)).cast<float>();
-        values.insert(values.end(), angles.data(), angles.data() + 3);
-      }
-    }
-    arrays[block.key] = NpyArray::from({frames, 3 * block.joints}, values);
-  }
-  std::vector<float> translations, expressions;
-  std::vector<int64_t> numbers;
+  SmplxParameters parameters{poses, {}, betas, flat_hand_mean};
   size_t width = dreams_expressions;
   for (const Pose& pose : poses) width = std::max(width, pose.expression.size());
-  for (const Pose& pose : poses) {
-    const Eigen::Vector3f translation = pose.translation.cast<float>();
-    translations.insert(translations.end(), translation.data(), translation.data() + 3);
-    const std::vector<float> expression = padded(pose.expression, width);
-    expressions.insert(expressions.end(), expression.begin(), expression.end());
-    numbers.push_back(static_cast<int64_t>(numbers.size()));
+  for (Pose& pose : parameters.poses) {
+    pose.expression.resize(width);
+    parameters.frame_numbers.push_back(static_cast<int64_t>(parameters.frame_numbers.size()));
   }
-  const std::vector<float> shape = padded(betas, dreams_betas);
-  arrays["transl"] = NpyArray::from({frames, 3}, translations);
-  arrays["expression"] = NpyArray::from({frames, static_cast<int64_t>(width)}, expressions);
-  arrays["betas"] = NpyArray::from({static_cast<int64_t>(shape.size())}, shape);
-  arrays["frames"] = NpyArray::from({frames}, numbers);
-  const nlohmann::json arguments = {{"flat_hand_mean", flat_hand_mean},
-                                    {"use_pca", false},
-                                    {"num_betas", shape.size()},
-                                    {"num_expression_coeffs", width}};
-  arrays["smplx_kwargs"] = NpyArray::from_text(arguments.dump());
-  write_npz(folder_ / "smplx.npz", arrays);
+  parameters.betas.resize(std::max(betas.size(), dreams_betas));
+  write_npz(folder_ / "smplx.npz", smplx_arrays(parameters));
 }
 
 void DreamsWriter::write_codes() const {

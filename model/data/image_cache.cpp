@@ -14,19 +14,6 @@ namespace degas {
 namespace fs = std::filesystem;
 namespace {
 
-/// The head of a camera's file. Then frames + 1 offsets (uint64; equal neighbours: no picture), as many checksums
-/// (uint64) of the frames and of all else (header, offsets, warning), the packed frames that the offsets bound, and the
-/// warning about frames that have none.
-struct Header {
-  char magic[8] = {'D', 'E', 'G', 'A', 'S', 'I', 'M', '2'};
-  int32_t width = 0, height = 0, frames = 0, warning_bytes = 0;
-};
-
-/// Bytes before the first frame.
-size_t head_bytes(int frames) {
-  return sizeof(Header) + sizeof(uint64_t) * 2 * (static_cast<size_t>(frames) + 1);
-}
-
 /// Of all but the frames; head: up to this checksum's own place.
 uint64_t checksum_of(std::span<const std::byte> head, std::string_view warning) {
   Checksum sum;
@@ -40,6 +27,18 @@ uint64_t checksum_of(std::span<const std::byte> head, std::string_view warning) 
 /// One camera's file, mapped into memory.
 class CachedCapture::Store {
  public:
+  /// The head of the file. Then frames + 1 offsets (uint64; equal neighbours: no picture), as many checksums (uint64)
+  /// of the frames and of all else (header, offsets, warning), the packed frames that the offsets bound, and the
+  /// warning about frames that have none.
+  struct Header {
+    char magic[8] = {'D', 'E', 'G', 'A', 'S', 'I', 'M', '2'};
+    int32_t width = 0, height = 0, frames = 0, warning_bytes = 0;
+  };
+  /// Before the first frame.
+  static size_t head_bytes(int frames) {
+    return sizeof(Header) + sizeof(uint64_t) * 2 * (static_cast<size_t>(frames) + 1);
+  }
+
   /// False when the file is not there or not whole: it is then written again.
   bool open(const fs::path& path, const Camera& camera, int frames) {
     std::error_code failure;
@@ -165,12 +164,12 @@ void CachedCapture::decode(int camera, const fs::path& path) const {
   if (!stream) throw fail();
 
   const Camera view = source().camera(camera);
-  Header header;
+  Store::Header header;
   header.width = view.width;
   header.height = view.height;
   header.frames = frame_count();
   std::vector<uint64_t> offsets(static_cast<size_t>(frame_count()) + 1), checksums;
-  offsets[0] = head_bytes(frame_count());
+  offsets[0] = Store::head_bytes(frame_count());
   stream.seekp(static_cast<std::streamoff>(offsets[0]));
   int skipped = 0;
   std::string first_reason;

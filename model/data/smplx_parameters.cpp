@@ -158,4 +158,39 @@ SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const S
   return parameters;
 }
 
+std::map<std::string, NpyArray> smplx_arrays(const SmplxParameters& parameters) {
+  const std::vector<Pose>& poses = parameters.poses;
+  const auto rows = static_cast<int64_t>(poses.size());
+  std::map<std::string, NpyArray> arrays;
+  for (const SmplxJointBlock& block : smplx_joint_blocks) {
+    std::vector<float> values;
+    for (const Pose& pose : poses) {
+      for (int joint = 0; joint < block.joints; ++joint) {
+        const Eigen::Vector3f angles =
+            pose.axis_angles.at(static_cast<size_t>(block.first_joint + joint)).cast<float>();
+        values.insert(values.end(), angles.data(), angles.data() + 3);
+      }
+    }
+    arrays[block.key] = NpyArray::from({rows, 3 * block.joints}, values);
+  }
+  std::vector<float> translations, expressions;
+  for (const Pose& pose : poses) {
+    const Eigen::Vector3f translation = pose.translation.cast<float>();
+    translations.insert(translations.end(), translation.data(), translation.data() + 3);
+    expressions.insert(expressions.end(), pose.expression.begin(), pose.expression.end());
+  }
+  const int64_t coefficients = static_cast<int64_t>(expressions.size()) / std::max<int64_t>(rows, 1);
+  const std::vector<float> shape(parameters.betas.begin(), parameters.betas.end());
+  arrays["transl"] = NpyArray::from({rows, 3}, translations);
+  arrays["expression"] = NpyArray::from({rows, coefficients}, expressions);
+  arrays["betas"] = NpyArray::from({static_cast<int64_t>(shape.size())}, shape);
+  arrays["frames"] = NpyArray::from({rows}, parameters.frame_numbers);
+  const nlohmann::json arguments = {{"flat_hand_mean", parameters.flat_hand_mean},
+                                    {"use_pca", false},
+                                    {"num_betas", shape.size()},
+                                    {"num_expression_coeffs", coefficients}};
+  arrays["smplx_kwargs"] = NpyArray::from_text(arguments.dump());
+  return arrays;
+}
+
 }  // namespace degas

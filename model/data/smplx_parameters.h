@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "host/io/npy.h"
 #include "model/data/capture.h"
 #include "model/drive/pose.h"
 
@@ -49,5 +51,8 @@ struct SmplxConventions {
 /// arrays, wrong shapes and, with the row, values that are not finite.
 SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const SmplxConventions& conventions = {},
                                       const std::function<void(const std::string&)>& warn = print_warning);
+
+/// The arrays of such a file (write_npz), hands by angles. Poses have 55 joints, and expressions of one length.
+std::map<std::string, NpyArray> smplx_arrays(const SmplxParameters& parameters);
 
 }  // namespace degas

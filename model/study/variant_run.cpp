@@ -62,6 +62,7 @@ const char* kernels_word(KernelSet set) {
 
 std::unique_ptr<Capture> open_evaluation(const StudySetup& setup, const StudyEvaluation& evaluation) {
   CaptureOptions options = setup.capture;
+  if (evaluation.name != "view") options.poses.clear();  // of the capture that is trained on
   options.codes = evaluation.codes;
   return open_capture(evaluation.data, options);
 }
@@ -106,6 +107,7 @@ json VariantRun::plan() const {
   if (setup_.budget.minutes) plan["minutes"] = *setup_.budget.minutes;
   if (setup_.tune != TuneMode::Off) plan["tune"] = name_of(setup_.tune);
   if (setup_.device.kernel_set) plan["kernels"] = kernels_word(*setup_.device.kernel_set);
+  if (!setup_.capture.poses.empty()) plan["poses"] = setup_.capture.poses.string();
   if (!setup_.metrics.empty()) plan["metrics"] = setup_.metrics;
   for (const StudyEvaluation& evaluation : setup_.evaluations())
     plan["evaluations"].push_back({evaluation.name, evaluation.data.string(), evaluation.codes.string()});
@@ -165,6 +167,7 @@ std::string VariantRun::train_command() const {
   if (setup_.budget.minutes) add("--minutes", fmt::format("{:g}", *setup_.budget.minutes));
   add("--iterations", std::to_string(setup_.budget.step_limit()));
   add("--seed", std::to_string(seed_));
+  if (!setup_.capture.poses.empty()) add("--poses", setup_.capture.poses.string());
   if (!setup_.capture.codes.empty()) add("--codes", setup_.capture.codes.string());
   for (const std::string& word : shared_words()) words.push_back(word);
   add("--out", run_folder_.string());
@@ -255,6 +258,8 @@ json VariantRun::evaluate_all(const fs::path& folder, bool is_last, const Progre
     std::vector<std::string> cameras;
     for (const int camera : options.cameras) cameras.push_back(capture->camera_names()[static_cast<size_t>(camera)]);
     std::vector<std::string> words = {"eval", "--run", run_folder_.string(), "--data", list[i].data.string()};
+    if (list[i].name == "view" && !setup_.capture.poses.empty())
+      words.insert(words.end(), {"--poses", setup_.capture.poses.string()});
     if (!list[i].codes.empty()) words.insert(words.end(), {"--codes", list[i].codes.string()});
     for (const auto& more : {setup_.metrics, shared_words()}) words.insert(words.end(), more.begin(), more.end());
     words.insert(words.end(),

@@ -35,6 +35,14 @@ struct PoseCorrection {
     return {add(tape, registered.axis_angles, multiply(tape, axis_angles, refined_)),
             add(tape, registered.translation, translation)};
   }
+  /// The same on the host. Waits for the device.
+  void apply(Pose& registered) const {
+    const std::vector<float> angles = axis_angles.to_host<float>(), refined = refined_.to_host<float>();
+    for (size_t i = 0; i < angles.size(); ++i)
+      registered.axis_angles[i / 3][static_cast<Eigen::Index>(i % 3)] += angles[i] * refined[i];
+    const std::vector<float> moved = translation.to_host<float>();
+    registered.translation += Eigen::Vector3d(moved[0], moved[1], moved[2]);
+  }
   /// Name of a part ("axis_angles" or "translation") among the trained parameters.
   static std::string name(int frame, const char* part) { return fmt::format("pose.{:06}.{}", frame, part); }
 

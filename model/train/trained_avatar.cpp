@@ -74,6 +74,12 @@ bool TrainedAvatar::is_refined(const Capture& capture, int frame) const {
   return corrections_.count(frame) > 0 && capture.picture_identity() == picture_identity_;
 }
 
+Pose TrainedAvatar::best_pose(const Capture& capture, int frame) const {
+  Pose pose = avatar_->registered_pose(capture, frame);
+  if (is_refined(capture, frame)) corrections_.at(frame).apply(pose);
+  return pose;
+}
+
 Splats TrainedAvatar::pose(Tape& tape, const CanonicalGaussians& gaussians, const Avatar::Signal& signal,
                            const Capture& capture, int frame) const {
   return avatar_->pose(tape, gaussians,

@@ -36,6 +36,9 @@ class TrainedAvatar {
   /// Whether this frame is drawn with a refined pose.
   bool is_refined(const Capture& capture, int frame) const;
 
+  /// The capture's pose of a frame with its finger angles whole (Avatar::registered_pose), refined where is_refined.
+  Pose best_pose(const Capture& capture, int frame) const;
+
   /// The pose of the signal, refined where is_refined.
   Splats pose(Tape& tape, const CanonicalGaussians& gaussians, const Avatar::Signal& signal, const Capture& capture,
               int frame) const;

@@ -1,0 +1,117 @@
+#include <algorithm>
+#include <chrono>
+#include <memory>
+
+#include "host/device/tuner.h"
+#include "model/cli/commands.h"
+#include "model/cli/progress.h"
+#include "model/cli/shared_options.h"
+#include "model/data/selection.h"
+#include "model/train/fitted_poses.h"
+#include "model/train/stop_signal.h"
+
+namespace degas {
+namespace {
+
+constexpr double save_every = 30;  // seconds
+
+struct FitOptions {
+  std::filesystem::path run, data, output;
+  std::string cameras, frames;
+  int steps = PoseFitOptions().steps;
+  bool resume = false;
+  CaptureChoice capture;
+  DeviceChoice device;
+};
+
+/// The named cameras; those that the run did not hold out where none is.
+std::vector<int> cameras_of(const FitOptions& options, const Config& config, const Capture& capture) {
+  const std::vector<std::string>&names = capture.camera_names(), &held_out = config.data.hold_out;
+  const auto is_held_out = [&](const std::string& name) {
+    return std::find(held_out.begin(), held_out.end(), name) != held_out.end();
+  };
+  std::vector<int> cameras;
+  if (!options.cameras.empty()) {
+    cameras = selected_cameras(selection_parts(options.cameras), names, "--cameras");
+    for (const int camera : cameras) {
+      if (is_held_out(names[static_cast<size_t>(camera)]))
+        print_warning(
+            fmt::format("{} was held out from training: after this, what is measured on it is no longer unseen",
+                        names[static_cast<size_t>(camera)]));
+    }
+    return cameras;
+  }
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (!is_held_out(names[i])) cameras.push_back(static_cast<int>(i));
+  }
+  return cameras;
+}
+
+void fit(const FitOptions& options) {
+  Device device(options.device.options());
+  set_tuner(device, options.device.tune.value_or(TuneMode::Off));
+  TrainedAvatar avatar(device, RunFolder(options.run));
+  const std::unique_ptr<Capture> capture =
+      avatar.as_registered(open_capture(options.data, options.capture.options(avatar.config())));
+  PoseFitOptions fitting;
+  fitting.cameras = cameras_of(options, avatar.config(), *capture);
+  fitting.steps = options.steps;
+  const std::vector<int> frames = selected_frames(selection_parts(options.frames), capture->frame_count(), "--frames");
+  FittedPoses poses(options.output, avatar, *capture, fitting);
+  if (options.resume) poses.resume();
+
+  PoseFitter fitter(device, avatar, *capture, fitting);
+  const StopSignal stop;
+  Progress progress;
+  auto saved = std::chrono::steady_clock::now();
+  size_t done = 0;
+  for (const int frame : frames) {
+    if (StopSignal::requested()) break;
+    ++done;
+    if (poses.has(frame)) continue;
+    const FittedPose fitted = fitter.fit(frame);
+    poses.set(frame, fitted);
+    progress.show(static_cast<double>(done) / static_cast<double>(frames.size()),
+                  fmt::format("frame {} of {}: loss {:.5f} -> {:.5f}", done, frames.size(), fitted.loss_before,
+                              fitted.loss_after));
+    if (std::chrono::steady_clock::now() - saved < std::chrono::duration<double>(save_every)) continue;
+    poses.save();
+    saved = std::chrono::steady_clock::now();
+  }
+  progress.finish();
+  poses.save();
+  print_tuning(device);
+  if (StopSignal::requested() && done < frames.size())
+    fmt::print("interrupted after {} of {} frames: the others have the pose they had; --resume goes on\n", done,
+               frames.size());
+  fmt::print("{}\nwrote {}: give it to eval, render, export, train or inspect by --poses\n", poses.summary(),
+             options.output.string());
+}
+
+}  // namespace
+
+void add_fit_poses_command(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("fit-poses",
+                         "Fit the registered poses of a capture to its pictures by a trained avatar, which stays as it "
+                         "is: a sequence that\n"
+                         "training never saw is then drawn where the person stands rather than where the tracker "
+                         "believed. Held-out cameras\n"
+                         "are not looked at. Writes the body parameters of all frames, as smplx.npz has them");
+  auto options = std::make_shared<FitOptions>();
+  command->add_option("--run", options->run, "Run folder of `degas train`")->required();
+  command->add_option("--data", options->data, "Capture whose poses are fitted")->required();
+  command->add_option("--out", options->output, "File to write, e.g. poses.npz")->required();
+  command->add_option("--cameras", options->cameras,
+                      fmt::format("{} (default: all that training did not hold out)", cameras_help));
+  command->add_option("--frames", options->frames, fmt::format("{}; the others keep their pose", frames_help));
+  command->add_option("--steps", options->steps, "Steps for each frame, each of which draws all cameras")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
+  command->add_flag("--resume", options->resume, "Go on with the frames that --out lacks");
+  add_capture_options(*command, options->capture);
+  add_device_options(*command, options->device);
+  command->callback([options] { fit(*options); });
+}
+
+}  // namespace degas
