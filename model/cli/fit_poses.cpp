@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <memory>
 
 #include "host/device/tuner.h"
@@ -13,8 +12,6 @@
 namespace degas {
 namespace {
 
-constexpr double save_every = 30;  // seconds
-
 struct FitOptions {
   std::filesystem::path run, data, output;
   std::string cameras, frames;
@@ -24,25 +21,17 @@ struct FitOptions {
   DeviceChoice device;
 };
 
-/// The named cameras; those that the run did not hold out where none is.
-std::vector<int> cameras_of(const FitOptions& options, const Config& config, const Capture& capture) {
-  const std::vector<std::string>&names = capture.camera_names(), &held_out = config.data.hold_out;
-  const auto is_held_out = [&](const std::string& name) {
-    return std::find(held_out.begin(), held_out.end(), name) != held_out.end();
-  };
-  std::vector<int> cameras;
-  if (!options.cameras.empty()) {
-    cameras = selected_cameras(selection_parts(options.cameras), names, "--cameras");
-    for (const int camera : cameras) {
-      if (is_held_out(names[static_cast<size_t>(camera)]))
-        print_warning(
-            fmt::format("{} was held out from training: after this, what is measured on it is no longer unseen",
-                        names[static_cast<size_t>(camera)]));
+/// The named cameras, or those that training did not hold out.
+std::vector<int> cameras_of(const FitOptions& options, const TrainedAvatar& avatar, const Capture& capture) {
+  const std::vector<int> open = avatar.cameras_not_held_out(capture);
+  if (options.cameras.empty()) return open;
+  const std::vector<std::string>& names = capture.camera_names();
+  const std::vector<int> cameras = selected_cameras(selection_parts(options.cameras), names, "--cameras");
+  for (const int camera : cameras) {
+    if (std::find(open.begin(), open.end(), camera) == open.end()) {
+      print_warning(fmt::format("{} was held out from training: after this, what is measured on it is no longer unseen",
+                                names[static_cast<size_t>(camera)]));
     }
-    return cameras;
-  }
-  for (size_t i = 0; i < names.size(); ++i) {
-    if (!is_held_out(names[i])) cameras.push_back(static_cast<int>(i));
   }
   return cameras;
 }
@@ -54,7 +43,7 @@ void fit(const FitOptions& options) {
   const std::unique_ptr<Capture> capture =
       avatar.as_registered(open_capture(options.data, options.capture.options(avatar.config())));
   PoseFitOptions fitting;
-  fitting.cameras = cameras_of(options, avatar.config(), *capture);
+  fitting.cameras = cameras_of(options, avatar, *capture);
   fitting.steps = options.steps;
   const std::vector<int> frames = selected_frames(selection_parts(options.frames), capture->frame_count(), "--frames");
   FittedPoses poses(options.output, avatar, *capture, fitting);
@@ -63,27 +52,15 @@ void fit(const FitOptions& options) {
   PoseFitter fitter(device, avatar, *capture, fitting);
   const StopSignal stop;
   Progress progress;
-  auto saved = std::chrono::steady_clock::now();
-  size_t done = 0;
-  for (const int frame : frames) {
-    if (StopSignal::requested()) break;
-    ++done;
-    if (poses.has(frame)) continue;
-    const FittedPose fitted = fitter.fit(frame);
-    poses.set(frame, fitted);
-    progress.show(static_cast<double>(done) / static_cast<double>(frames.size()),
-                  fmt::format("frame {} of {}: loss {:.5f} -> {:.5f}", done, frames.size(), fitted.loss_before,
-                              fitted.loss_after));
-    if (std::chrono::steady_clock::now() - saved < std::chrono::duration<double>(save_every)) continue;
-    poses.save();
-    saved = std::chrono::steady_clock::now();
-  }
+  const bool is_whole =
+      fit_frames(fitter, poses, frames, StopSignal::requested, [&](int done, const FittedPose& fitted) {
+        progress.show(static_cast<double>(done) / static_cast<double>(frames.size()),
+                      fmt::format("frame {} of {}: loss {:.5f} -> {:.5f}", done, frames.size(), fitted.loss_before,
+                                  fitted.loss_after));
+      });
   progress.finish();
-  poses.save();
   print_tuning(device);
-  if (StopSignal::requested() && done < frames.size())
-    fmt::print("interrupted after {} of {} frames: the others have the pose they had; --resume goes on\n", done,
-               frames.size());
+  if (!is_whole) fmt::print("interrupted: the other frames have the pose they had; --resume goes on\n");
   fmt::print("{}\nwrote {}: give it to eval, render, export, train or inspect by --poses\n", poses.summary(),
              options.output.string());
 }

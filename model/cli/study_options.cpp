@@ -20,6 +20,7 @@ StudySetup StudyChoice::setup(const Variant& base) const {
   setup.output = output;
   setup.novel = novel;
   setup.novel_codes = novel_codes;
+  setup.fit_poses = fit_poses;
   setup.capture = capture.options(base.config);
   setup.device = device.options();
   setup.tune = device.tune.value_or(TuneMode::Off);
@@ -42,6 +43,10 @@ void add_study_options(CLI::App& command, StudyChoice& choice) {
   command.add_option("--novel", choice.novel, "Sequence that training never sees, to measure on too; may be repeated");
   command.add_option("--novel-codes", choice.novel_codes,
                      "Where its face codes lie, see --codes; one for each --novel (default: in it)");
+  command.add_flag(
+      "--fit-poses", choice.fit_poses,
+      "Measure novel sequences twice: as registered, and with poses fitted to the cameras that are not held\n"
+      "out, as fit-poses does it, so that the avatar is measured rather than the tracker");
   command.add_option("--config", choice.config, "Config that all is compared with")->capture_default_str();
   command.add_option("--set", choice.overrides, "Override a key of it, for every variant; may be repeated");
   CLI::Option* minutes = command

@@ -10,6 +10,7 @@ namespace degas {
 struct StudyChoice {
   std::filesystem::path data, body, config = "configs/quick.json", output;
   std::vector<std::filesystem::path> novel, novel_codes;
+  bool fit_poses = false;
   std::vector<std::string> overrides;
   std::string hold_out;
   std::optional<double> minutes;

@@ -104,7 +104,7 @@ ScatterChart training_chart(const json& pareto, const std::string& capture, cons
     line.is_strong = std::find(front.begin(), front.end(), i) != front.end();
     line.tooltip = points[i].at("name").get<std::string>();
     for (const json& time : points[i].at("times")) {
-      const json& curve = time.at("curve").at(capture);
+      const json curve = time.at("curve").value(capture, json::object());  // poses are fitted at the end alone
       if (curve.contains(measure))
         line.points.push_back({time.at("minutes").get<double>(), curve[measure].get<double>()});
     }

@@ -7,6 +7,7 @@
 #include "model/body/body_model.h"
 #include "model/data/selection.h"
 #include "model/study/json_file.h"
+#include "model/study/run_evaluation.h"
 #include "model/study/variant_run.h"
 #include "model/train/run_lock.h"
 #include "model/train/training_views.h"
@@ -28,6 +29,10 @@ std::vector<StudyEvaluation> StudySetup::evaluations() const {
     if (!names.insert(folder_name(name)).second)
       throw Error::format("--novel {}: a second sequence of this name; rename one", novel[i].string());
     all.push_back({name, novel[i], novel_codes.empty() ? fs::path() : novel_codes[i]});
+    if (!fit_poses) continue;
+    all.push_back(all.back());
+    all.back().name += ", poses fitted";
+    all.back().fits_poses = true;
   }
   return all;
 }

@@ -12,13 +12,15 @@ namespace degas {
 
 /// A capture that every variant is measured on.
 struct StudyEvaluation {
-  std::string name;  ///< "view", or "novel" and the capture's name
+  std::string name;  ///< "view"; or "novel", the capture's name, and whether its poses are fitted
   std::filesystem::path data, codes;
+  bool fits_poses = false;  ///< to the cameras that are not held out (PoseFitter), before it is measured
 };
 
 struct StudySetup {
   std::filesystem::path data, body, output;
   std::vector<std::filesystem::path> novel, novel_codes;  ///< codes: as many as captures, or none
+  bool fit_poses = false;                                 ///< measure novel sequences with fitted poses, too
   CaptureOptions capture;                                 ///< its image_scale is that of evaluation, for every variant
   DeviceOptions device;
   TuneMode tune = TuneMode::Off;
@@ -33,7 +35,7 @@ struct StudySetup {
   std::vector<double> milestones = {1};  ///< fractions of the budget at which it is evaluated; ascending, the last 1
   std::function<bool()> stop_requested = [] { return false; };
 
-  /// "view" on the held-out cameras, then the novel sequences. Error when two have the same name.
+  /// "view" on the held-out cameras, then the novel sequences, each as registered and then fitted. Error when two have the same name.
   std::vector<StudyEvaluation> evaluations() const;
 };
 

@@ -6,17 +6,13 @@
 #include <cmath>
 #include <fstream>
 
-#include "host/device/tuner.h"
 #include "host/error.h"
 #include "host/io/file_bytes.h"
 #include "model/data/corrupted_capture.h"
-#include "model/data/selection.h"
 #include "model/study/json_file.h"
-#include "model/study/measures.h"
-#include "model/study/same_recording.h"
+#include "model/study/recorded_command.h"
+#include "model/study/run_evaluation.h"
 #include "model/study/version.h"
-#include "model/train/evaluator.h"
-#include "model/train/trained_avatar.h"
 #include "model/train/training_run.h"
 
 namespace degas {
@@ -28,62 +24,11 @@ namespace {
 
 constexpr double evaluation_share = 0.1;  // of a variant's progress
 
-const char* name_of(TuneMode mode) {
-  return mode == TuneMode::Off ? "off" : mode == TuneMode::Fast ? "fast" : "full";
-}
-
-std::string quoted(const std::string& word) {
-  const bool plain = !word.empty() && word.find_first_not_of(
-                                          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                          "0123456789._-+=,:/@%") == std::string::npos;
-  if (plain) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
-std::string command_text(const std::vector<std::string>& words) {
-  std::string text = "degas";
-  for (const std::string& word : words) text += ' ' + quoted(word);
-  return text;
-}
-
-void add_peak_memory(json& state, const char* key, const Device& device) {
-  const double mebibytes = static_cast<double>(device.memory_statistics().peak_bytes_in_use) / (1 << 20);
-  state[key] = std::max(state.value(key, 0.0), std::round(mebibytes));
-}
-
-/// As --kernels takes it.
-const char* kernels_word(KernelSet set) {
-  return set == KernelSet::Gpu ? "gpu" : "wide";
+void add_peak_memory(json& state, double mebibytes) {
+  state["memory_mib"] = std::max(state.value("memory_mib", 0.0), mebibytes);
 }
 
 }  // namespace
-
-std::unique_ptr<Capture> open_evaluation(const StudySetup& setup, const StudyEvaluation& evaluation) {
-  CaptureOptions options = setup.capture;
-  if (evaluation.name != "view") options.poses.clear();  // of the capture that is trained on
-  options.codes = evaluation.codes;
-  return open_capture(evaluation.data, options);
-}
-
-std::vector<int> evaluation_cameras(const StudySetup& setup, const StudyEvaluation& evaluation,
-                                    const Capture& capture) {
-  const std::vector<std::string>& names = capture.camera_names();
-  if (evaluation.name == "view") return selected_cameras(setup.hold_out, names, "--hold-out");
-  std::vector<std::string> present;
-  for (const std::string& name : setup.hold_out) {
-    if (std::find(names.begin(), names.end(), name) != names.end()) present.push_back(name);
-  }
-  return selected_cameras(present, names, "--hold-out");
-}
-
-std::vector<int> milestone_frames(int frame_count) {
-  std::vector<int> frames;
-  const int wanted = std::min(frame_count, 16);
-  for (int i = 0; i < wanted; ++i) frames.push_back(i * frame_count / wanted);
-  return frames;
-}
 
 VariantRun::VariantRun(const StudySetup& setup, const Variant& variant, int seed)
     : setup_(setup),
@@ -105,8 +50,8 @@ json VariantRun::plan() const {
                {"body", setup_.body.string()},
                {"milestones", setup_.milestones}};
   if (setup_.budget.minutes) plan["minutes"] = *setup_.budget.minutes;
-  if (setup_.tune != TuneMode::Off) plan["tune"] = name_of(setup_.tune);
-  if (setup_.device.kernel_set) plan["kernels"] = kernels_word(*setup_.device.kernel_set);
+  if (setup_.tune != TuneMode::Off) plan["tune"] = option_word(setup_.tune);
+  if (setup_.device.kernel_set) plan["kernels"] = option_word(*setup_.device.kernel_set);
   if (!setup_.capture.poses.empty()) plan["poses"] = setup_.capture.poses.string();
   if (!setup_.metrics.empty()) plan["metrics"] = setup_.metrics;
   for (const StudyEvaluation& evaluation : setup_.evaluations())
@@ -142,15 +87,6 @@ json VariantRun::finished_record() const {
   return record;
 }
 
-std::vector<std::string> VariantRun::shared_words() const {
-  std::vector<std::string> words;
-  if (!setup_.capture.format.empty()) words.insert(words.end(), {"--format", setup_.capture.format});
-  if (!setup_.device.selector.empty()) words.insert(words.end(), {"--device", setup_.device.selector});
-  if (setup_.device.kernel_set) words.insert(words.end(), {"--kernels", kernels_word(*setup_.device.kernel_set)});
-  if (setup_.tune != TuneMode::Off) words.insert(words.end(), {"--tune", name_of(setup_.tune)});
-  return words;
-}
-
 std::string VariantRun::train_command() const {
   std::vector<std::string> words = {"train",
                                     "--data",
@@ -169,7 +105,7 @@ std::string VariantRun::train_command() const {
   add("--seed", std::to_string(seed_));
   if (!setup_.capture.poses.empty()) add("--poses", setup_.capture.poses.string());
   if (!setup_.capture.codes.empty()) add("--codes", setup_.capture.codes.string());
-  for (const std::string& word : shared_words()) words.push_back(word);
+  for (const std::string& word : shared_words(setup_)) words.push_back(word);
   add("--out", run_folder_.string());
   return command_text(words);
 }
@@ -220,55 +156,21 @@ bool VariantRun::train_to(double fraction, const Progress& progress) {
   row["device"] = device.description().name;
   row["driver"] = fmt::format("{}, {}", device.description().version, device.description().driver);
   row["pictures"] = capture->picture_identity();
-  add_peak_memory(row, "memory_mib", device);
+  add_peak_memory(row, std::round(static_cast<double>(device.memory_statistics().peak_bytes_in_use) / (1 << 20)));
   write_json(folder_ / "times.json", state_);
   return !setup_.stop_requested() || reached();
 }
 
-json VariantRun::evaluate_all(const fs::path& folder, bool is_last, const Progress& progress) {
-  json all;
-  const auto list = setup_.evaluations();
-  for (size_t i = 0; i < list.size(); ++i) {
-    std::unique_ptr<Capture> capture = open_evaluation(setup_, list[i]);
-    if (list[i].name == "view")
-      capture = std::make_unique<SameRecording>(std::move(capture), state_["training"]["pictures"].get<std::string>());
-    Device device(setup_.device);
-    set_tuner(device, setup_.tune);
-    TrainedAvatar avatar(device, RunFolder(run_folder_));
-    capture = avatar.as_registered(std::move(capture));
-    EvaluationOptions options;
-    options.cameras = evaluation_cameras(setup_, list[i], *capture);
-    const std::vector<int> few = milestone_frames(capture->frame_count());
-    options.frames = is_last ? selected_frames({}, capture->frame_count(), "--frames") : few;
-    options.output = folder / folder_name(list[i].name);
-    options.networks = setup_.networks(device, config_.loss);
-    options.stop_requested = setup_.stop_requested;
-    const double spent = state_["training"]["minutes"].get<double>();
-    const EvaluationSummary summary = evaluate(device, avatar, *capture, options, [&](int done, int total) {
-      const double part =
-          (static_cast<double>(i) + static_cast<double>(done) / total) / static_cast<double>(list.size());
-      progress(is_last ? 1 - evaluation_share * (1 - part) : -1,
-               fmt::format("{} after {:.1f} minutes: picture {} of {}", list[i].name, spent, done, total));
-    });
-    add_peak_memory(state_, "memory_mib", device);
-    json& metrics = all[list[i].name];
-    metrics["metrics"] = summary.metrics;
-    metrics["curve"] = FrameTable::read(options.output / "per_frame.csv").means(&few);
-    metrics["folder"] = fs::relative(options.output, setup_.output).string();
-    std::vector<std::string> cameras;
-    for (const int camera : options.cameras) cameras.push_back(capture->camera_names()[static_cast<size_t>(camera)]);
-    std::vector<std::string> words = {"eval", "--run", run_folder_.string(), "--data", list[i].data.string()};
-    if (list[i].name == "view" && !setup_.capture.poses.empty())
-      words.insert(words.end(), {"--poses", setup_.capture.poses.string()});
-    if (!list[i].codes.empty()) words.insert(words.end(), {"--codes", list[i].codes.string()});
-    for (const auto& more : {setup_.metrics, shared_words()}) words.insert(words.end(), more.begin(), more.end());
-    words.insert(words.end(),
-                 {"--cameras", fmt::format("{}", fmt::join(cameras, ",")), "--out", options.output.string()});
-    metrics["command"] = command_text(words);
-    if (is_last) continue;
-    for (const char* pictures : {"truth", "render", "sheets"}) fs::remove_all(options.output / pictures);
-  }
-  return all;
+json VariantRun::evaluate(const fs::path& folder, bool is_last, const Progress& progress) {
+  const json& training = state_["training"];
+  const RunEvaluations found =
+      evaluate_run(setup_, {run_folder_, training["pictures"].get<std::string>(), is_last}, folder,
+                   [&](double share, const std::string& text) {
+                     progress(is_last ? 1 - evaluation_share * (1 - share) : -1,
+                              fmt::format("after {:.1f} minutes, {}", training["minutes"].get<double>(), text));
+                   });
+  add_peak_memory(state_, found.memory_mib);
+  return found.by_name;
 }
 
 json VariantRun::finish(const Progress& progress) {
@@ -286,7 +188,7 @@ json VariantRun::finish(const Progress& progress) {
     const bool is_last = times.size() + 1 == setup_.milestones.size();
     if (!train_to(milestone, show) || setup_.stop_requested()) return {};
     const fs::path folder = is_last ? folder_ : folder_ / fmt::format("at_{:g}", milestone);
-    evaluations = evaluate_all(folder, is_last, show);
+    evaluations = evaluate(folder, is_last, show);
     json time = {
         {"fraction", milestone}, {"minutes", state_["training"]["minutes"]}, {"steps", state_["training"]["steps"]}};
     for (const auto& [name, found] : evaluations.items()) time["curve"][name] = found["curve"];

@@ -1,18 +1,8 @@
 #pragma once
 
-#include <memory>
-
 #include "model/study/study_runner.h"
 
 namespace degas {
-
-/// A capture to measure on, at the setup's scale.
-std::unique_ptr<Capture> open_evaluation(const StudySetup& setup, const StudyEvaluation& evaluation);
-/// The held-out cameras; of a novel sequence those that it has, or all where it has none of them.
-std::vector<int> evaluation_cameras(const StudySetup& setup, const StudyEvaluation& evaluation, const Capture& capture);
-/// The frames of evaluations before the last milestone: at most sixteen, evenly spaced. The last milestone's means of
-/// these stand beside them.
-std::vector<int> milestone_frames(int frame_count);
 
 /// One variant with one seed, from where its folder is to its record.
 class VariantRun {
@@ -30,14 +20,12 @@ class VariantRun {
   nlohmann::json plan() const;
   /// Throws Error where plan.json holds another plan.
   void require_same_plan() const;
-  /// Options that the recorded commands of training and of evaluation share.
-  std::vector<std::string> shared_words() const;
   /// By which anyone can train the same.
   std::string train_command() const;
   /// Up to a milestone; false when it was stopped.
   bool train_to(double fraction, const Progress& progress);
   /// Measures the checkpoint on every capture, into `folder`.
-  nlohmann::json evaluate_all(const std::filesystem::path& folder, bool is_last, const Progress& progress);
+  nlohmann::json evaluate(const std::filesystem::path& folder, bool is_last, const Progress& progress);
   /// Of training, for budgets in steps, under which checkpoints hold no time.
   double minutes_by_history() const;
 

@@ -1,6 +1,7 @@
 #include "model/train/fitted_poses.h"
 
 #include <algorithm>
+#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "host/error.h"
@@ -8,6 +9,8 @@
 
 namespace degas {
 namespace {
+
+constexpr std::chrono::seconds save_every(30);
 
 template <typename Value>
 double median_of(const std::vector<FittedPose>& poses, Value value) {
@@ -95,6 +98,29 @@ std::string FittedPoses::summary() const {
   if (left > 0) text += fmt::format("; {} draw no better and keep their pose", left);
   if (without_picture > 0) text += fmt::format("; {} have no picture and keep their pose", without_picture);
   return text;
+}
+
+bool fit_frames(PoseFitter& fitter, FittedPoses& poses, const std::vector<int>& frames,
+                const std::function<bool()>& stop_requested,
+                const std::function<void(int, const FittedPose&)>& progress) {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point saved = Clock::now();
+  bool is_whole = true;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    if (poses.has(frames[i])) continue;
+    if (stop_requested()) {
+      is_whole = false;
+      break;
+    }
+    const FittedPose fitted = fitter.fit(frames[i]);
+    poses.set(frames[i], fitted);
+    progress(static_cast<int>(i + 1), fitted);
+    if (Clock::now() - saved < save_every) continue;
+    poses.save();
+    saved = Clock::now();
+  }
+  poses.save();
+  return is_whole;
 }
 
 }  // namespace degas

@@ -34,4 +34,9 @@ class FittedPoses {
   std::vector<FittedPose> all_;
 };
 
+/// Fits the frames that `poses` lacks; saves every half minute and at the end. False when it was stopped.
+bool fit_frames(PoseFitter& fitter, FittedPoses& poses, const std::vector<int>& frames,
+                const std::function<bool()>& stop_requested,
+                const std::function<void(int done, const FittedPose& fitted)>& progress);
+
 }  // namespace degas

@@ -7,6 +7,13 @@
 #include "model/train/training_state.h"
 
 namespace degas {
+namespace {
+
+bool is_named(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
 
 TrainedAvatar::TrainedAvatar(Device& device, const RunFolder& run) {
   run.require_trained();
@@ -39,10 +46,6 @@ FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
         config_.face.signal == FaceSignal::Code ? "extract them with the same encoder"
                                                 : "as many coefficients in 'expression' of its parameters are needed");
   }
-  // A novel sequence may lack cameras of the training one, so names are compared rather than looked up.
-  const auto named = [](const std::vector<std::string>& names, const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
   std::vector<int> cameras;
   const bool has_codes = uses_codes && size != 0;
   if (uses_codes && !has_codes) {
@@ -52,15 +55,26 @@ FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
   }
   FaceConfig face = config_.face;
   if (!has_codes) face.signal = FaceSignal::None;  // zeros in all frames
-  for (size_t i = 0; has_codes && i < capture.camera_names().size(); ++i) {
-    const std::string& name = capture.camera_names()[i];
-    const bool allowed = config_.data.cameras.empty() || named(config_.data.cameras, name);
-    if (allowed && !named(config_.data.hold_out, name)) cameras.push_back(static_cast<int>(i));
+  if (has_codes) {
+    cameras = cameras_not_held_out(capture);
+    std::erase_if(cameras, [&](int camera) {
+      const std::string& name = capture.camera_names()[static_cast<size_t>(camera)];
+      return !config_.data.cameras.empty() && !is_named(config_.data.cameras, name);
+    });
   }
   return FaceCodes(
       capture, std::move(cameras), face,
       [this, &capture](int frame, const Camera& camera) { return avatar_->frontal_angle(capture.pose(frame), camera); },
       face_code_size_);
+}
+
+std::vector<int> TrainedAvatar::cameras_not_held_out(const Capture& capture) const {
+  // A novel sequence may lack cameras of the training one, so names are compared rather than looked up.
+  std::vector<int> cameras;
+  for (size_t i = 0; i < capture.camera_names().size(); ++i) {
+    if (!is_named(config_.data.hold_out, capture.camera_names()[i])) cameras.push_back(static_cast<int>(i));
+  }
+  return cameras;
 }
 
 std::unique_ptr<Capture> TrainedAvatar::as_registered(std::unique_ptr<Capture> capture) const {

@@ -27,6 +27,9 @@ class TrainedAvatar {
   /// another length than the trained ones.
   FaceCodes face_codes(const Capture& capture) const;
 
+  /// Cameras of `capture` that training did not hold out, by name.
+  std::vector<int> cameras_not_held_out(const Capture& capture) const;
+
   /// The capture in the registration that training knew, where it is the recording of the training: data.corruption
   /// moved it, and what training refined starts there. Its pictures and codes stay right, and so does any other
   /// capture.

@@ -209,3 +209,29 @@ TEST_CASE("a variant that cannot be trained is told of, and the others go on") {
   CHECK_THAT(result.output, Contains("| all terms"));
   CHECK_THAT(file_text(ablate.output / "ablation.md"), Contains("Not trained: with LPIPS"));
 }
+
+TEST_CASE("novel sequences are measured with fitted poses too, by what commands repeat") {
+  const TemporaryFolder folder;
+  StudyCommand ablate(folder, "ablate", 12);
+  ablate.more = {"--study", "views", "--only", "4 (all)", "--fit-poses"};
+  check_finished(ablate());
+  const json ablation = json::parse(file_text(ablate.output / "ablation.json"));
+  CHECK(ablation.at("measured_on") == json::array({"view", "novel P1C2", "novel P1C2, poses fitted"}));
+  const json& evaluations = ablation.at("variants")[0].at("runs")[0].at("evaluations");
+  const json &as_registered = evaluations.at("novel P1C2"), &fitted = evaluations.at("novel P1C2, poses fitted");
+  CHECK(fitted.at("metrics").at("psnr") != as_registered.at("metrics").at("psnr"));
+  const auto poses = ablate.output / "4-all-/seed1/novel-P1C2-poses-fitted.npz";
+  CHECK_THAT(fitted.at("command").get<std::string>(), Contains("degas fit-poses --run ") &&
+                                                          Contains(" && degas eval ") &&
+                                                          Contains("--poses " + poses.string()));
+  CHECK(fs::exists(poses));
+  CHECK_THAT(file_text(ablate.output / "ablation.md"), Contains("novel P1C2, poses fitted"));
+
+  // Where no held-out camera is left, poses would be fitted to what is measured.
+  const auto novel = folder / "novel.pack";
+  check_finished(
+      run_program({"pack", "--data", training_scene() / "P1C2", "--cameras", "cam00:cam02", "--out", novel}));
+  ablate.output = folder / "other";
+  ablate.more.insert(ablate.more.end(), {"--novel", novel});
+  check_refused(ablate(), {"--fit-poses: ", "novel.pack has none of the held-out cameras", "hold out a camera"});
+}

@@ -150,8 +150,8 @@ TEST_CASE("fitted poses are kept as body parameters, and gone on with") {
   fitted.loss_after = 0.1;
   fitted.metres_moved = 0.5;
   poses.set(4, fitted);
-  CHECK_THAT(poses.summary(), Contains("1 frames fitted to 5 pictures") && Contains("0.20000 -> 0.10000") &&
-                                  Contains("500.0 mm"));
+  CHECK_THAT(poses.summary(),
+             Contains("1 frames fitted to 5 pictures") && Contains("0.20000 -> 0.10000") && Contains("500.0 mm"));
   poses.save();
 
   const SmplxParameters kept = read_smplx_parameters(folder / "poses.npz");
