@@ -12,7 +12,8 @@
 namespace degas {
 
 /// An avatar as a training run left it, driven by any capture's signals. The frames whose poses training refined use
-/// the refined ones, but only with the very capture they were refined on: a novel sequence is never refined.
+/// the refined ones, but only with the very capture they were refined on: a novel
+/// sequence has its own registration, or what PoseFitter made of it.
 class TrainedAvatar {
  public:
   /// Throws Error naming the run's file that is missing or does not fit.
