@@ -8,6 +8,7 @@
 #include "model/cli/shared_options.h"
 #include "model/data/selection.h"
 #include "model/train/evaluator.h"
+#include "model/train/fitted_poses.h"
 #include "model/train/stop_signal.h"
 
 namespace degas {
@@ -44,6 +45,12 @@ EvaluationProgress shown_by(Progress& progress) {
   };
 }
 
+std::vector<std::string> names_of(const std::vector<int>& cameras, const Capture& capture) {
+  std::vector<std::string> names;
+  for (const int camera : cameras) names.push_back(capture.camera_names()[static_cast<size_t>(camera)]);
+  return names;
+}
+
 void evaluate_run(const EvalOptions& options) {
   Device device(options.device.options());
   set_tuner(device, options.device.tune.value_or(TuneMode::Off));
@@ -54,6 +61,14 @@ void evaluate_run(const EvalOptions& options) {
   const std::vector<std::string>& held_out = avatar.config().data.hold_out;
   const std::vector<std::string> cameras = options.cameras.empty() ? held_out : selection_parts(options.cameras);
   evaluation.cameras = selected_cameras(cameras, capture->camera_names(), "--cameras");
+  std::unique_ptr<Capture> as_recorded;
+  if (!options.capture.poses.empty()) {
+    warn_of_fitted_cameras(options.capture.poses, names_of(evaluation.cameras, *capture));
+    CaptureChoice own = options.capture;
+    own.poses.clear();
+    as_recorded = open_capture(options.data, own.options(avatar.config()));
+    evaluation.boxes = as_recorded.get();
+  }
   evaluation.frames = selected_frames(selection_parts(options.frames), capture->frame_count(), "--frames");
 
   const StopSignal stop;
@@ -66,7 +81,8 @@ void evaluate_run(const EvalOptions& options) {
   }
   if (summary.refined_pictures == 0 && avatar.has_refined_poses()) {
     fmt::print(
-        "training refined poses of another sequence (or this one's files changed since): registered poses are used\n");
+        "training refined poses of another sequence (or this one's files or --poses changed since): its own poses are "
+        "used\n");
   }
   if (summary.without_picture > 0)
     fmt::print("{} frames and cameras have no picture: left out\n", summary.without_picture);

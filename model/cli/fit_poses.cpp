@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "host/device/tuner.h"
+#include "host/error.h"
 #include "model/cli/commands.h"
 #include "model/cli/progress.h"
 #include "model/cli/shared_options.h"
@@ -21,22 +22,25 @@ struct FitOptions {
   DeviceChoice device;
 };
 
-/// The named cameras, or those that training did not hold out.
+/// The named cameras, or those that training used.
 std::vector<int> cameras_of(const FitOptions& options, const TrainedAvatar& avatar, const Capture& capture) {
-  const std::vector<int> open = avatar.cameras_not_held_out(capture);
-  if (options.cameras.empty()) return open;
-  const std::vector<std::string>& names = capture.camera_names();
+  if (options.cameras.empty()) return avatar.seen_cameras(capture);
+  const std::vector<std::string>&names = capture.camera_names(), &held_out = avatar.config().data.hold_out;
   const std::vector<int> cameras = selected_cameras(selection_parts(options.cameras), names, "--cameras");
   for (const int camera : cameras) {
-    if (std::find(open.begin(), open.end(), camera) == open.end()) {
-      print_warning(fmt::format("{} was held out from training: after this, what is measured on it is no longer unseen",
-                                names[static_cast<size_t>(camera)]));
-    }
+    const std::string& name = names[static_cast<size_t>(camera)];
+    if (std::find(held_out.begin(), held_out.end(), name) == held_out.end()) continue;
+    print_warning(
+        fmt::format("{} was held out from training: after this, what is measured on it is no longer unseen", name));
   }
   return cameras;
 }
 
 void fit(const FitOptions& options) {
+  if (!options.resume && std::filesystem::is_regular_file(options.output)) {
+    throw Error::format("{}: is there already; go on with it by --resume, or name another --out",
+                        options.output.string());
+  }
   Device device(options.device.options());
   set_tuner(device, options.device.tune.value_or(TuneMode::Off));
   TrainedAvatar avatar(device, RunFolder(options.run));
@@ -45,6 +49,7 @@ void fit(const FitOptions& options) {
   PoseFitOptions fitting;
   fitting.cameras = cameras_of(options, avatar, *capture);
   fitting.steps = options.steps;
+  fitting.stop_requested = StopSignal::requested;
   const std::vector<int> frames = selected_frames(selection_parts(options.frames), capture->frame_count(), "--frames");
   FittedPoses poses(options.output, avatar, *capture, fitting);
   if (options.resume) poses.resume();
@@ -52,12 +57,11 @@ void fit(const FitOptions& options) {
   PoseFitter fitter(device, avatar, *capture, fitting);
   const StopSignal stop;
   Progress progress;
-  const bool is_whole =
-      fit_frames(fitter, poses, frames, StopSignal::requested, [&](int done, const FittedPose& fitted) {
-        progress.show(static_cast<double>(done) / static_cast<double>(frames.size()),
-                      fmt::format("frame {} of {}: loss {:.5f} -> {:.5f}", done, frames.size(), fitted.loss_before,
-                                  fitted.loss_after));
-      });
+  const bool is_whole = fit_frames(fitter, poses, frames, [&](int done, const FittedPose& fitted) {
+    progress.show(static_cast<double>(done) / static_cast<double>(frames.size()),
+                  fmt::format("frame {} of {}: loss {:.5f} -> {:.5f}", done, frames.size(), fitted.loss_before,
+                              fitted.loss_after));
+  });
   progress.finish();
   print_tuning(device);
   if (!is_whole) fmt::print("interrupted: the other frames have the pose they had; --resume goes on\n");
@@ -80,7 +84,7 @@ void add_fit_poses_command(CLI::App& app) {
   command->add_option("--data", options->data, "Capture whose poses are fitted")->required();
   command->add_option("--out", options->output, "File to write, e.g. poses.npz")->required();
   command->add_option("--cameras", options->cameras,
-                      fmt::format("{} (default: all that training did not hold out)", cameras_help));
+                      fmt::format("{} (default: those that training used)", cameras_help));
   command->add_option("--frames", options->frames, fmt::format("{}; the others keep their pose", frames_help));
   command->add_option("--steps", options->steps, "Steps for each frame, each of which draws all cameras")
       ->capture_default_str()

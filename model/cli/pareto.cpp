@@ -122,7 +122,7 @@ void add_pareto_command(CLI::App& app) {
   command->add_option("--measure", options->measure, "What --chart shows")->capture_default_str()->needs(chart);
   command
       ->add_option("--capture", options->capture,
-                   "What it was measured on: view, or 'novel NAME' (default: the last novel sequence)")
+                   "What it was measured on: view, or 'novel NAME' (default: the last one)")
       ->needs(chart);
   command->callback([options] { options->chart.empty() ? sweep(*options) : draw_chart(*options); });
 }

@@ -7,6 +7,7 @@
 #include "model/cli/shared_options.h"
 #include "model/data/corrupted_capture.h"
 #include "model/data/selection.h"
+#include "model/train/fitted_poses.h"
 #include "model/train/stop_signal.h"
 #include "model/train/training_run.h"
 #include "model/train/training_views.h"
@@ -67,6 +68,8 @@ void train(const TrainOptions& options) {
   const Config config = config_of(options);
   const std::unique_ptr<Capture> capture =
       corrupted(open_capture(options.data, options.capture.options(config)), config.data.corruption);
+  if (!options.capture.poses.empty())
+    warn_of_fitted_cameras(options.capture.poses, with_camera_names(config, *capture).data.hold_out);
   DeviceOptions device_options = options.device.options();
   device_options.profile = options.profile;
   Device device(device_options);

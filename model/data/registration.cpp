@@ -26,11 +26,19 @@ class RegisteredCapture final : public WrappedCapture {
   std::string suffix_;
 };
 
+/// What the file leaves unsaid is as in the capture's own.
+SmplxConventions conventions_of(const Capture& capture) {
+  SmplxConventions conventions;
+  conventions.has_eye_poses = false;
+  if (capture.has_poses()) conventions.flat_hand_mean = capture.flat_hand_mean();
+  return conventions;
+}
+
 }  // namespace
 
 std::unique_ptr<Capture> with_registration(std::unique_ptr<Capture> source, const std::filesystem::path& file,
                                            const std::function<void(const std::string&)>& warn) {
-  SmplxParameters parameters = read_smplx_parameters(file, {}, warn);
+  SmplxParameters parameters = read_smplx_parameters(file, conventions_of(*source), warn);
   const auto rows = static_cast<int>(parameters.poses.size());
   if (rows != source->frame_count()) {
     throw Error::format("{}: has parameters of {} frames, the capture has {}; name a file made of this very capture",
@@ -40,8 +48,9 @@ std::unique_ptr<Capture> with_registration(std::unique_ptr<Capture> source, cons
     const int64_t named = parameters.frame_numbers[static_cast<size_t>(frame)];
     if (named == source->frame_number(frame)) continue;
     throw Error::format(
-        "{}: row {} of 'frames' is {}, the capture's frame is {}; name a file made of this very capture", file.string(),
-        frame, named, source->frame_number(frame));
+        "{}: row {} is of frame {} (by 'frames', or counted from 0 without), the capture's is {}; name a file made of "
+        "this very capture",
+        file.string(), frame, named, source->frame_number(frame));
   }
   const MappedFile bytes(file);
   std::string suffix = fmt::format(", registered by {:016x}", Checksum::of(bytes.bytes()));

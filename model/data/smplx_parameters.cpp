@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <stdexcept>
 
 #include "host/error.h"
 #include "host/io/input_limits.h"
@@ -161,6 +162,11 @@ SmplxParameters read_smplx_parameters(const std::filesystem::path& path, const S
 std::map<std::string, NpyArray> smplx_arrays(const SmplxParameters& parameters) {
   const std::vector<Pose>& poses = parameters.poses;
   const auto rows = static_cast<int64_t>(poses.size());
+  for (const Pose& pose : poses) {
+    const bool has_angles = pose.axis_angles.size() == smplx_joints && pose.hand_coefficients[0].empty();
+    if (!has_angles || pose.expression.size() != poses[0].expression.size())
+      throw std::logic_error("[body parameters] poses need 55 joints, hands by angles, expressions of one length");
+  }
   std::map<std::string, NpyArray> arrays;
   for (const SmplxJointBlock& block : smplx_joint_blocks) {
     std::vector<float> values;

@@ -24,100 +24,102 @@ namespace {
 
 using Progress = std::function<void(double part, const std::string& text)>;
 
-/// One capture's share of a run's evaluation, on a device and an avatar of its own.
-class CaptureEvaluation {
- public:
-  CaptureEvaluation(const StudySetup& setup, const StudyEvaluation& evaluation, const EvaluatedRun& run,
-                    const fs::path& folder)
-      : setup_(setup),
-        evaluation_(evaluation),
-        run_(run),
-        output_(folder / folder_name(evaluation.name)),
-        poses_(folder / (folder_name(evaluation.name) + ".npz")),
-        device_(setup.device),
-        avatar_(device_, RunFolder(run.folder)) {
-    set_tuner(device_, setup.tune);
-  }
+/// An avatar with what drives it, on a device of its own: so that the memory that is measured is its own.
+struct DrivenAvatar {
+  Device device;
+  TrainedAvatar avatar;
+  /// As training knew it.
+  std::unique_ptr<Capture> capture;
 
-  /// Into poses_, for the frames that will be measured.
-  void fit_poses(const Progress& progress) {
-    const auto capture = open({});
-    PoseFitOptions options;
-    options.cameras = avatar_.cameras_not_held_out(*capture);
-    FittedPoses poses(poses_, avatar_, *capture, options);
-    PoseFitter fitter(device_, avatar_, *capture, options);
-    const std::vector<int> frames = selected_frames({}, capture->frame_count(), "--frames");
-    const bool is_whole = fit_frames(fitter, poses, frames, setup_.stop_requested, [&](int done, const FittedPose&) {
-      progress(static_cast<double>(done) / static_cast<double>(frames.size()),
-               fmt::format("fitting frame {} of {}", done, frames.size()));
-    });
-    if (!is_whole) throw Error("interrupted while poses were fitted");
+  DrivenAvatar(const StudySetup& setup, const StudyEvaluation& evaluation, const EvaluatedRun& run)
+      : device(setup.device), avatar(device, RunFolder(run.folder)), capture(open_evaluation(setup, evaluation)) {
+    set_tuner(device, setup.tune);
+    if (evaluation.name == "view") capture = std::make_unique<SameRecording>(std::move(capture), run.pictures);
+    capture = avatar.as_registered(std::move(capture));
   }
-
-  json measure(const Progress& progress) {
-    const auto capture = open(evaluation_.fits_poses ? poses_ : fs::path());
-    EvaluationOptions options;
-    options.cameras = evaluation_cameras(setup_, evaluation_, *capture);
-    const std::vector<int> few = milestone_frames(capture->frame_count());
-    options.frames = run_.is_finished ? selected_frames({}, capture->frame_count(), "--frames") : few;
-    options.output = output_;
-    options.networks = setup_.networks(device_, avatar_.config().loss);
-    options.stop_requested = setup_.stop_requested;
-    const EvaluationSummary summary = evaluate(device_, avatar_, *capture, options, [&](int done, int total) {
-      progress(static_cast<double>(done) / total, fmt::format("picture {} of {}", done, total));
-    });
-    if (!run_.is_finished) {
-      for (const char* pictures : {"truth", "render", "sheets"}) fs::remove_all(output_ / pictures);
-    }
-    std::vector<std::string> cameras;
-    for (const int camera : options.cameras) cameras.push_back(capture->camera_names()[static_cast<size_t>(camera)]);
-    return {{"metrics", summary.metrics},
-            {"curve", FrameTable::read(output_ / "per_frame.csv").means(&few)},
-            {"folder", fs::relative(output_, setup_.output).string()},
-            {"command", commands(cameras)}};
-  }
-
-  double peak_memory_mib() const {
-    return std::round(static_cast<double>(device_.memory_statistics().peak_bytes_in_use) / (1 << 20));
-  }
-
- private:
-  /// As training knew it, but for what `poses` says.
-  std::unique_ptr<Capture> open(const fs::path& poses) const {
-    std::unique_ptr<Capture> capture = open_evaluation(setup_, evaluation_);
-    if (evaluation_.name == "view") capture = std::make_unique<SameRecording>(std::move(capture), run_.pictures);
-    capture = avatar_.as_registered(std::move(capture));
-    return poses.empty() ? std::move(capture) : with_registration(std::move(capture), poses);
-  }
-
-  /// By which anyone can measure the same.
-  std::string commands(const std::vector<std::string>& cameras) const {
-    std::vector<std::string> words = {"--run", run_.folder.string(), "--data", evaluation_.data.string()};
-    const auto add = [](std::vector<std::string>& words, const std::vector<std::string>& more) {
-      words.insert(words.end(), more.begin(), more.end());
-    };
-    if (!evaluation_.codes.empty()) add(words, {"--codes", evaluation_.codes.string()});
-    add(words, shared_words(setup_));
-    std::vector<std::string> eval = {"eval"}, fit = {"fit-poses"};
-    add(eval, words);
-    add(eval, setup_.metrics);
-    if (evaluation_.name == "view" && !setup_.capture.poses.empty())
-      add(eval, {"--poses", setup_.capture.poses.string()});
-    if (evaluation_.fits_poses) add(eval, {"--poses", poses_.string()});
-    add(eval, {"--cameras", fmt::format("{}", fmt::join(cameras, ",")), "--out", output_.string()});
-    if (!evaluation_.fits_poses) return command_text(eval);
-    add(fit, words);
-    add(fit, {"--out", poses_.string()});
-    return command_text(fit) + " && " + command_text(eval);
-  }
-
-  const StudySetup& setup_;
-  const StudyEvaluation& evaluation_;
-  const EvaluatedRun& run_;
-  fs::path output_, poses_;
-  Device device_;
-  TrainedAvatar avatar_;
 };
+
+/// Of all frames, to a file; goes on where it was stopped.
+void fit_poses(const StudySetup& setup, const StudyEvaluation& evaluation, const EvaluatedRun& run,
+               const fs::path& file, const Progress& progress) {
+  DrivenAvatar driven(setup, evaluation, run);
+  PoseFitOptions options;
+  options.cameras = driven.avatar.seen_cameras(*driven.capture);
+  options.stop_requested = setup.stop_requested;
+  const auto begun = [&] { return FittedPoses(file, driven.avatar, *driven.capture, options); };
+  FittedPoses poses = begun();
+  try {
+    if (fs::exists(file)) poses.resume();
+  } catch (const Error&) {
+    poses = begun();  // of an avatar that was trained less: made anew
+  }
+  PoseFitter fitter(driven.device, driven.avatar, *driven.capture, options);
+  const std::vector<int> frames = selected_frames({}, driven.capture->frame_count(), "--frames");
+  const bool is_whole = fit_frames(fitter, poses, frames, [&](int done, const FittedPose&) {
+    progress(static_cast<double>(done) / static_cast<double>(frames.size()),
+             fmt::format("fitting frame {} of {}", done, frames.size()));
+  });
+  if (!is_whole) throw Error("interrupted while poses were fitted");
+}
+
+/// By which anyone can measure the same; poses: empty, or the file of fit_poses.
+std::string commands(const StudySetup& setup, const StudyEvaluation& evaluation, const EvaluatedRun& run,
+                     const fs::path& poses, const std::vector<std::string>& cameras, const fs::path& output) {
+  std::vector<std::string> words = {"--run", run.folder.string(), "--data", evaluation.data.string()};
+  const auto add = [](std::vector<std::string>& words, const std::vector<std::string>& more) {
+    words.insert(words.end(), more.begin(), more.end());
+  };
+  if (!evaluation.codes.empty()) add(words, {"--codes", evaluation.codes.string()});
+  add(words, shared_words(setup));
+  std::vector<std::string> eval = {"eval"}, fit = {"fit-poses"};
+  add(eval, words);
+  add(eval, setup.metrics);
+  const fs::path& registration = evaluation.name == "view" ? setup.capture.poses : poses;
+  if (!registration.empty()) add(eval, {"--poses", registration.string()});
+  add(eval, {"--cameras", fmt::format("{}", fmt::join(cameras, ",")), "--out", output.string()});
+  if (poses.empty()) return command_text(eval);
+  add(fit, words);
+  add(fit, {"--out", poses.string()});
+  return command_text(fit) + " && " + command_text(eval);
+}
+
+struct Measurement {
+  json found;
+  double memory_mib;  ///< the peak
+};
+
+/// poses: empty, or the file of fit_poses.
+Measurement measure(const StudySetup& setup, const StudyEvaluation& evaluation, const EvaluatedRun& run,
+                    const fs::path& poses, const fs::path& output, const Progress& progress) {
+  DrivenAvatar driven(setup, evaluation, run);
+  std::unique_ptr<Capture> as_recorded;
+  EvaluationOptions options;
+  if (!poses.empty()) {
+    driven.capture = with_registration(std::move(driven.capture), poses);
+    as_recorded = open_evaluation(setup, evaluation);
+    options.boxes = as_recorded.get();
+  }
+  const Capture& capture = *driven.capture;
+  options.cameras = evaluation_cameras(setup, evaluation, capture);
+  const std::vector<int> few = milestone_frames(capture.frame_count());
+  options.frames = run.is_finished ? selected_frames({}, capture.frame_count(), "--frames") : few;
+  options.output = output;
+  options.networks = setup.networks(driven.device, driven.avatar.config().loss);
+  options.stop_requested = setup.stop_requested;
+  const EvaluationSummary summary = evaluate(driven.device, driven.avatar, capture, options, [&](int done, int total) {
+    progress(static_cast<double>(done) / total, fmt::format("picture {} of {}", done, total));
+  });
+  if (!run.is_finished) {
+    for (const char* pictures : {"truth", "render", "sheets"}) fs::remove_all(output / pictures);
+  }
+  std::vector<std::string> cameras;
+  for (const int camera : options.cameras) cameras.push_back(capture.camera_names()[static_cast<size_t>(camera)]);
+  return {{{"metrics", summary.metrics},
+           {"curve", FrameTable::read(output / "per_frame.csv").means(&few)},
+           {"folder", fs::relative(output, setup.output).string()},
+           {"command", commands(setup, evaluation, run, poses, cameras, output)}},
+          std::round(static_cast<double>(driven.device.memory_statistics().peak_bytes_in_use) / (1 << 20))};
+}
 
 }  // namespace
 
@@ -158,18 +160,19 @@ RunEvaluations evaluate_run(const StudySetup& setup, const EvaluatedRun& run, co
   std::vector<StudyEvaluation> list = setup.evaluations();
   if (!run.is_finished) std::erase_if(list, [](const StudyEvaluation& evaluation) { return evaluation.fits_poses; });
   for (size_t i = 0; i < list.size(); ++i) {
-    CaptureEvaluation evaluation(setup, list[i], run, folder);
     const auto telling = [&](double begin, double end) {
       return [&progress, &list, i, begin, end](double part, const std::string& text) {
         const double done = static_cast<double>(i) + begin + (end - begin) * part;
         progress(done / static_cast<double>(list.size()), fmt::format("{}: {}", list[i].name, text));
       };
     };
-    constexpr double fitting_share = 0.8;
-    const double measured_from = list[i].fits_poses ? fitting_share : 0;
-    if (list[i].fits_poses) evaluation.fit_poses(telling(0, fitting_share));
-    found.by_name[list[i].name] = evaluation.measure(telling(measured_from, 1));
-    found.memory_mib = std::max(found.memory_mib, evaluation.peak_memory_mib());
+    const fs::path output = folder / folder_name(list[i].name);
+    const fs::path poses = list[i].fits_poses ? fs::path(output.string() + ".npz") : fs::path();
+    const double fitting_share = list[i].fits_poses ? 0.8 : 0;
+    if (list[i].fits_poses) fit_poses(setup, list[i], run, poses, telling(0, fitting_share));
+    const Measurement measured = measure(setup, list[i], run, poses, output, telling(fitting_share, 1));
+    found.by_name[list[i].name] = measured.found;
+    found.memory_mib = std::max(found.memory_mib, measured.memory_mib);
   }
   return found;
 }

@@ -9,6 +9,7 @@
 #include "model/study/json_file.h"
 #include "model/study/run_evaluation.h"
 #include "model/study/variant_run.h"
+#include "model/train/fitted_poses.h"
 #include "model/train/run_lock.h"
 #include "model/train/training_views.h"
 
@@ -21,6 +22,8 @@ std::vector<StudyEvaluation> StudySetup::evaluations() const {
     throw Error::format("--novel-codes: {} given for {} novel sequences; give one for each --novel, in their order",
                         novel_codes.size(), novel.size());
   }
+  if (fit_poses && novel.empty())
+    throw Error("--fit-poses: poses are fitted of novel sequences, and there is none; name one by --novel");
   std::vector<StudyEvaluation> all = {{"view", data, capture.codes}};
   std::set<std::string> names;
   for (size_t i = 0; i < novel.size(); ++i) {
@@ -33,6 +36,9 @@ std::vector<StudyEvaluation> StudySetup::evaluations() const {
     all.push_back(all.back());
     all.back().name += ", poses fitted";
     all.back().fits_poses = true;
+    if (!names.insert(folder_name(all.back().name)).second)
+      throw Error::format("--novel {}: its fitted poses would have the name of another sequence; rename one",
+                          novel[i].string());
   }
   return all;
 }
@@ -43,8 +49,16 @@ fs::path variant_folder(const StudySetup& setup, const Variant& variant, int see
 
 namespace {
 
+/// Ranges of held-out cameras as names: a novel sequence may lack cameras that a range goes by.
+void name_held_out(StudySetup& setup, const Capture& capture) {
+  std::vector<std::string> names;
+  for (const int camera : selected_cameras(setup.hold_out, capture.camera_names(), "--hold-out"))
+    names.push_back(capture.camera_names()[static_cast<size_t>(camera)]);
+  setup.hold_out = names;
+}
+
 /// What no variant could do with is refused before anything is written.
-void require_inputs(const StudySetup& setup) {
+void require_inputs(StudySetup& setup) {
   Device device(setup.device);
   if (!setup.metrics.empty()) setup.networks(device, {});
   BodyModel::load(setup.body);
@@ -52,16 +66,19 @@ void require_inputs(const StudySetup& setup) {
     throw Error("--hold-out: no camera is held out to measure on; name one, e.g. --hold-out cam02");
   for (const StudyEvaluation& evaluation : setup.evaluations()) {
     const auto capture = open_evaluation(setup, evaluation);
+    if (evaluation.name == "view") name_held_out(setup, *capture);
     evaluation_cameras(setup, evaluation, *capture);
   }
+  if (!setup.capture.poses.empty()) warn_of_fitted_cameras(setup.capture.poses, setup.hold_out);
 }
 
 }  // namespace
 
-StudyResult run_study(const StudySetup& setup, const std::vector<Variant>& variants,
+StudyResult run_study(const StudySetup& given, const std::vector<Variant>& variants,
                       const std::function<void(double, const std::string&)>& progress,
                       const std::function<void(const StudyResult&)>& changed) {
   require_distinct(variants);
+  StudySetup setup = given;
   require_inputs(setup);
   const RunLock lock(setup.output);
   StudyResult result;

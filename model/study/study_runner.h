@@ -21,7 +21,8 @@ struct StudySetup {
   std::filesystem::path data, body, output;
   std::vector<std::filesystem::path> novel, novel_codes;  ///< codes: as many as captures, or none
   bool fit_poses = false;                                 ///< measure novel sequences with fitted poses, too
-  CaptureOptions capture;                                 ///< its image_scale is that of evaluation, for every variant
+  /// Its image_scale is that of evaluation, for every variant; its poses and codes are of `data` alone.
+  CaptureOptions capture;
   DeviceOptions device;
   TuneMode tune = TuneMode::Off;
   /// What evaluations measure by; `metrics` names what is beyond the default, as options of `degas eval`.
@@ -35,7 +36,8 @@ struct StudySetup {
   std::vector<double> milestones = {1};  ///< fractions of the budget at which it is evaluated; ascending, the last 1
   std::function<bool()> stop_requested = [] { return false; };
 
-  /// "view" on the held-out cameras, then the novel sequences, each as registered and then fitted. Error when two have the same name.
+  /// "view" on the held-out cameras, then the novel sequences, each as registered and then fitted. Error when two have
+  /// the same name.
   std::vector<StudyEvaluation> evaluations() const;
 };
 

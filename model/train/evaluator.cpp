@@ -105,7 +105,7 @@ EvaluationSummary evaluate(Device& device, TrainedAvatar& avatar, const Capture&
 
       const Image8 render = to_image8(image.color), truth = over_background(sample, {255, 255, 255});
       const BodyModel& body = avatar.avatar().body();
-      const Pose pose = capture.pose(frame);
+      const Pose pose = (options.boxes ? *options.boxes : capture).pose(frame);
       const EvaluatedPicture picture{capture.camera_names()[camera],
                                      frame,
                                      avatar.is_refined(capture, frame),

@@ -14,6 +14,9 @@ namespace degas {
 struct EvaluationOptions {
   std::vector<int> cameras;  ///< of the capture
   std::vector<int> frames;
+  /// Whose poses give the face's and the mouth's box; null: the capture that is measured on. For poses that an avatar
+  /// was fitted by: figures of different avatars are then of the same pixels.
+  const Capture* boxes = nullptr;
   std::filesystem::path output;
   std::optional<MetricNetworks> networks;  ///< unset: default_metric_networks
   std::function<bool()> stop_requested = [] { return false; };

@@ -1,7 +1,8 @@
 #pragma once
 
+#include <array>
 #include <functional>
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "model/train/trained_avatar.h"
@@ -9,8 +10,9 @@
 namespace degas {
 
 struct PoseFitOptions {
-  std::vector<int> cameras;  ///< of the capture: those whose pictures a pose is fitted to
+  std::vector<int> cameras;  ///< of the capture: those whose pictures a pose is fitted to; at least one
   int steps = 30;            ///< for each frame; each draws every camera
+  std::function<bool()> stop_requested = [] { return false; };
 };
 
 /// The pose of one frame, and what it came from.
@@ -23,15 +25,16 @@ struct FittedPose {
 
 /// Fits the registered poses of a capture to its pictures, by the trained avatar: the Gaussians that the network makes
 /// of the registered pose stay, and what skins them follows the gradient of the drawn pictures (Rprop, as poses are
-/// refined in training). What a tracker left off is undone where cameras see it. Neither network nor face signal
-/// change.
+/// refined in training). What a tracker left off is undone where cameras see it; joints that they hardly see stay as
+/// they were. Neither network nor face signal change.
 class PoseFitter {
  public:
-  /// Everything given must outlive it.
+  /// Everything given must outlive it. Throws Error where no camera is named.
   PoseFitter(Device& device, TrainedAvatar& avatar, const Capture& capture, PoseFitOptions options);
 
-  /// Same frame, same device: the same bits. A pose that draws no better than the one it came from is left as it was.
-  FittedPose fit(int frame);
+  /// Same frame, same device: the same bits. A pose is left as it was where the avatar that is driven by the new one
+  /// draws no better. Nothing when it was stopped.
+  std::optional<FittedPose> fit(int frame);
 
  private:
   struct View {
@@ -39,8 +42,14 @@ class PoseFitter {
     Tensor target;
     std::array<double, 3> background;
   };
-  std::vector<View> load_views(int frame) const;
-  Tensor loss(Tape& tape, const CanonicalGaussians& gaussians, const DevicePose& body, const std::vector<View>& views);
+  /// The pictures of a frame, cut to where the person is seen or registered.
+  std::vector<View> load_views(int frame, const Pose& registered) const;
+  /// The share of views[begin .. end) in the mean over all of them.
+  Tensor loss(Tape& tape, const CanonicalGaussians& gaussians, const DevicePose& body, const std::vector<View>& views,
+              size_t begin, size_t end);
+  /// Of the avatar as network input and skeleton both have the pose.
+  double loss_driven_by(const Pose& pose, int frame, const std::vector<View>& views);
+  Avatar::Signal signal(const Pose& pose, int frame);
 
   Device& device_;
   TrainedAvatar& avatar_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/error.h"
+#include "host/io/checksum.h"
 #include "model/data/corrupted_capture.h"
 #include "model/train/training_state.h"
 
@@ -46,7 +47,6 @@ FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
         config_.face.signal == FaceSignal::Code ? "extract them with the same encoder"
                                                 : "as many coefficients in 'expression' of its parameters are needed");
   }
-  std::vector<int> cameras;
   const bool has_codes = uses_codes && size != 0;
   if (uses_codes && !has_codes) {
     fmt::print(stderr,
@@ -55,26 +55,36 @@ FaceCodes TrainedAvatar::face_codes(const Capture& capture) const {
   }
   FaceConfig face = config_.face;
   if (!has_codes) face.signal = FaceSignal::None;  // zeros in all frames
-  if (has_codes) {
-    cameras = cameras_not_held_out(capture);
-    std::erase_if(cameras, [&](int camera) {
-      const std::string& name = capture.camera_names()[static_cast<size_t>(camera)];
-      return !config_.data.cameras.empty() && !is_named(config_.data.cameras, name);
-    });
-  }
   return FaceCodes(
-      capture, std::move(cameras), face,
+      capture, has_codes ? seen_cameras(capture) : std::vector<int>(), face,
       [this, &capture](int frame, const Camera& camera) { return avatar_->frontal_angle(capture.pose(frame), camera); },
       face_code_size_);
 }
 
-std::vector<int> TrainedAvatar::cameras_not_held_out(const Capture& capture) const {
+std::vector<int> TrainedAvatar::seen_cameras(const Capture& capture) const {
   // A novel sequence may lack cameras of the training one, so names are compared rather than looked up.
+  const DataConfig& data = config_.data;
   std::vector<int> cameras;
   for (size_t i = 0; i < capture.camera_names().size(); ++i) {
-    if (!is_named(config_.data.hold_out, capture.camera_names()[i])) cameras.push_back(static_cast<int>(i));
+    const std::string& name = capture.camera_names()[i];
+    const bool allowed = data.cameras.empty() || is_named(data.cameras, name);
+    if (allowed && !is_named(data.hold_out, name)) cameras.push_back(static_cast<int>(i));
   }
   return cameras;
+}
+
+uint64_t TrainedAvatar::checksum() const {
+  Checksum sum;
+  const auto add = [&](const Tensor& tensor) {
+    const std::vector<float> values = tensor.to_host<float>();
+    sum.add(values.data(), values.size() * sizeof(float));
+  };
+  for (const ParameterStore::Parameter& parameter : avatar().network().parameters().parameters()) add(parameter.value);
+  for (const auto& [frame, correction] : corrections_) {
+    add(correction.axis_angles);
+    add(correction.translation);
+  }
+  return sum.value();
 }
 
 std::unique_ptr<Capture> TrainedAvatar::as_registered(std::unique_ptr<Capture> capture) const {

@@ -12,8 +12,8 @@
 namespace degas {
 
 /// An avatar as a training run left it, driven by any capture's signals. The frames whose poses training refined use
-/// the refined ones, but only with the very capture they were refined on: a novel
-/// sequence has its own registration, or what PoseFitter made of it.
+/// the refined ones, but only with the very capture they were refined on: a novel sequence has its own registration, or
+/// what PoseFitter made of it.
 class TrainedAvatar {
  public:
   /// Throws Error naming the run's file that is missing or does not fit.
@@ -21,15 +21,18 @@ class TrainedAvatar {
 
   const Config& config() const { return config_; }
   Avatar& avatar() { return *avatar_; }
+  const Avatar& avatar() const { return *avatar_; }
+  /// Of all that was trained: the network's parameters and the refined poses. Waits for the device.
+  uint64_t checksum() const;
   int64_t steps_trained() const { return steps_; }
 
-  /// The cameras of `capture` that were held out, by the run's config, are not used for face codes; names the capture
-  /// lacks are passed over. A capture without codes drives the face with zeros. Throws Error when its codes have
+  /// Of the seen cameras alone. A capture without codes drives the face with zeros. Throws Error when its codes have
   /// another length than the trained ones.
   FaceCodes face_codes(const Capture& capture) const;
 
-  /// Cameras of `capture` that training did not hold out, by name.
-  std::vector<int> cameras_not_held_out(const Capture& capture) const;
+  /// Cameras of `capture` that training used or might have used, by name: those of data.cameras (or all) without
+  /// data.hold_out.
+  std::vector<int> seen_cameras(const Capture& capture) const;
 
   /// The capture in the registration that training knew, where it is the recording of the training: data.corruption
   /// moved it, and what training refined starts there. Its pictures and codes stay right, and so does any other

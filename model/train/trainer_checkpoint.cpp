@@ -47,7 +47,7 @@ void Trainer::resume() {
         file, fmt::join(differences, ", "));
   }
   if (state.capture != capture_.identity()) {
-    throw Error::format("{}: was trained on another capture, or its files changed; give that --data, or another --out",
+    throw Error::format("{}: was trained on another capture, or its files or --poses changed; give the same again, or another --out",
                         file);
   }
   for (const std::string& change : changes) print_warning("going on with another " + change);

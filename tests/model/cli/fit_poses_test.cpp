@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "host/io/checkpoint.h"
 #include "host/io/npz.h"
 #include "model/data/smplx_parameters.h"
 #include "tests/support/training_commands.h"
@@ -63,6 +64,32 @@ TEST_CASE("fit-poses fits a novel sequence without the held-out camera, and eval
   CHECK(psnr("fitted") != psnr("registered"));
 }
 
+TEST_CASE("poses that were registered beside the person are better fitted") {
+  const TemporaryFolder folder;
+  SmplxParameters parameters = read_smplx_parameters(training_scene() / "P1C2" / "smplx.npz");
+  for (Pose& pose : parameters.poses) pose.translation.x() += 0.03;
+  const auto wrong = folder / "wrong.npz", fitted = folder / "fitted.npz";
+  write_npz(wrong, smplx_arrays(parameters));
+  REQUIRE(run_on_novel("fit-poses", fitted, {"--poses", wrong.string()}).exit_code == 0);
+  const auto psnr_with = [&](const std::filesystem::path& poses) {
+    const auto output = folder / poses.stem();
+    const ProgramResult result = run_on_novel("eval", output, {"--cameras", "cam02", "--poses", poses.string()});
+    CAPTURE(result.errors);
+    REQUIRE(result.exit_code == 0);
+    CHECK(result.errors.find("no unseen camera") == std::string::npos);
+    return nlohmann::json::parse(file_text(output / "metrics.json")).at("psnr").get<double>();
+  };
+  const double before = psnr_with(wrong), after = psnr_with(fitted);
+  CAPTURE(before, after);
+  CHECK(after > before + 0.5);
+
+  const ProgramResult seen =
+      run_on_novel("eval", folder / "seen", {"--cameras", "cam01,cam02", "--poses", fitted.string()});
+  CHECK_THAT(seen.errors, Catch::Contains("were fitted to pictures of cam01, which is no unseen camera"));
+  // Faces are measured in the boxes of the capture's own registration, whatever poses are drawn.
+  CHECK(file_text(folder / "wrong/boxes.json") == file_text(folder / "fitted/boxes.json"));
+}
+
 TEST_CASE("fit-poses goes on with the frames that are missing") {
   const TemporaryFolder folder;
   const auto poses = folder / "poses.npz";
@@ -75,6 +102,14 @@ TEST_CASE("fit-poses goes on with the frames that are missing") {
   const SmplxParameters both = read_smplx_parameters(poses);
   CHECK(both.poses[1].axis_angles == first.poses[1].axis_angles);
   CHECK(both.poses[0].axis_angles != first.poses[0].axis_angles);
+  // The same as in one go.
+  const auto whole = folder / "whole.npz";
+  REQUIRE(run_on_novel("fit-poses", whole, {}).exit_code == 0);
+  CHECK(read_smplx_parameters(whole).poses[0].axis_angles == both.poses[0].axis_angles);
+  CHECK(read_smplx_parameters(whole).poses[1].translation == both.poses[1].translation);
+
+  check_refused(run_on_novel("fit-poses", poses, {}), {"poses.npz: is there already", "--resume"});
+  check_refused(run_on_novel("fit-poses", folder.path(), {"--frames", "0"}), {"is a folder"});
 
   check_refused(run_on_novel("fit-poses", poses, {"--resume", "--steps", "7"}),
                 {"poses.npz: was fitted by", "leave --resume away"});
@@ -88,6 +123,34 @@ TEST_CASE("fit-poses says that a held-out camera it is told to look at is one no
   CAPTURE(fit.output, fit.errors);
   CHECK(fit.exit_code == 0);
   CHECK_THAT(fit.errors, Catch::Contains("cam02 was held out from training"));
+}
+
+TEST_CASE("a run trained with other poses goes on with them and not without, and a pack takes them in") {
+  const TemporaryFolder folder;
+  SmplxParameters parameters = read_smplx_parameters(training_scene() / "P1C1" / "smplx.npz");
+  for (Pose& pose : parameters.poses) pose.translation.x() += 0.01;
+  const auto poses = (folder / "moved.npz").string();
+  write_npz(poses, smplx_arrays(parameters));
+  Config config = tiny_config();
+  config.train.iterations = 4;
+  TrainCommand train(folder, config);
+  train.more = {"--poses", poses};
+  REQUIRE(train().exit_code == 0);
+  train.more = {"--resume", "--iterations", "6"};
+  check_refused(train(), {"--poses changed"});
+  train.more = {"--resume", "--iterations", "6", "--poses", poses};
+  REQUIRE(train().exit_code == 0);
+
+  const auto pack = folder / "moved.pack";
+  REQUIRE(
+      run_program({"pack", "--data", (training_scene() / "P1C1").string(), "--poses", poses, "--out", pack.string()})
+          .exit_code == 0);
+  TrainCommand packed(folder, config);
+  packed.run = folder / "packed";
+  packed.data = pack;
+  packed.more = {"--iterations", "6"};
+  REQUIRE(packed().exit_code == 0);
+  CHECK(read_checkpoint(packed.run / "checkpoint.bin").arrays == read_checkpoint(train.run / "checkpoint.bin").arrays);
 }
 
 TEST_CASE("poses of another capture are refused") {

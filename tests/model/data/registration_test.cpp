@@ -71,7 +71,7 @@ TEST_CASE("a registration of another capture is refused by file and reason") {
   SECTION("other frames") {
     parameters.frame_numbers.back() += 1;
     CHECK_THROWS_WITH(with_registration(open_scene(), written(folder, parameters)),
-                      Contains("poses.npz: row 5 of 'frames' is 6") && Contains("this very capture"));
+                      Contains("poses.npz: row 5 is of frame 6") && Contains("this very capture"));
   }
   SECTION("another number of frames") {
     parameters.frame_numbers.pop_back();

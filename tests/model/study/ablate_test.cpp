@@ -1,6 +1,7 @@
 #include <signal.h>
 
 #include "host/io/checkpoint.h"
+#include "host/io/npz.h"
 #include "tests/support/study_commands.h"
 
 using namespace degas;
@@ -224,7 +225,8 @@ TEST_CASE("novel sequences are measured with fitted poses too, by what commands 
   CHECK_THAT(fitted.at("command").get<std::string>(), Contains("degas fit-poses --run ") &&
                                                           Contains(" && degas eval ") &&
                                                           Contains("--poses " + poses.string()));
-  CHECK(fs::exists(poses));
+  CHECK(json::parse(NpzFile(poses).read("fit").text()).at("cameras") ==
+        json::array({"cam00", "cam01", "cam03", "cam04"}));
   CHECK_THAT(file_text(ablate.output / "ablation.md"), Contains("novel P1C2, poses fitted"));
 
   // Where no held-out camera is left, poses would be fitted to what is measured.

@@ -2,6 +2,8 @@
 
 #include <numeric>
 
+#include "host/error.h"
+#include "model/data/registration.h"
 #include "model/train/fitted_poses.h"
 #include "tests/support/catch.h"
 #include "tests/support/training_scene.h"
@@ -16,16 +18,24 @@ namespace {
 constexpr size_t left_shoulder = 16;  // in SMPL-X's order
 
 /// Long enough that the person is seen.
+Config long_config() {
+  Config config = tiny_config();
+  config.train.iterations = 150;
+  config.train.learning_rate = 5e-3;
+  config.data.hold_out = {"cam02"};
+  return config;
+}
+
 const RunFolder& trained() {
   static const TemporaryFolder folder;
-  static const RunFolder run = [] {
-    Config config = tiny_config();
-    config.train.iterations = 150;
-    config.train.learning_rate = 5e-3;
-    config.data.hold_out = {"cam02"};
-    return train_run(folder / "run", config, *open_scene());
-  }();
+  static const RunFolder run = train_run(folder / "run", long_config(), *open_scene());
   return run;
+}
+
+FittedPose fit(KernelSet set, TrainedAvatar& avatar, const Capture& capture, int frame, const PoseFitOptions& options) {
+  const auto fitted = PoseFitter(device(set), avatar, capture, options).fit(frame);
+  REQUIRE(fitted);
+  return *fitted;
 }
 
 PoseFitOptions all_cameras(const Capture& capture) {
@@ -69,7 +79,7 @@ TEST_CASE("a pose that was registered beside the person is fitted back to it, by
   TrainedAvatar avatar(device(set), trained());
   const auto right = open_scene();
   const ChangedCapture wrong = badly_registered();
-  const FittedPose fitted = PoseFitter(device(set), avatar, wrong, all_cameras(wrong)).fit(3);
+  const FittedPose fitted = fit(set, avatar, wrong, 3, all_cameras(wrong));
   const Pose truth = right->pose(3), before = wrong.pose(3);
   CAPTURE(fitted.loss_before, fitted.loss_after, fitted.pose.translation.transpose(), truth.translation.transpose());
   CHECK(fitted.views == 5);
@@ -84,13 +94,17 @@ TEST_CASE("a pose that was registered beside the person is fitted back to it, by
   CHECK(fitted.metres_moved == Approx((fitted.pose.translation - before.translation).norm()));
   CHECK(fitted.degrees_moved > 2);
 
-  SECTION("what pictures do not tell about stays: the jaw, which is the face signal's, and the expression") {
+  SECTION("what pictures do not tell about stays: eyes and finger tips") {
+    for (const int joint : {23, 24, 27, 42})
+      CHECK((fitted.pose.axis_angles[joint] - before.axis_angles[joint]).norm() < 2e-3);
+  }
+  SECTION("so do the jaw, which is the face signal's, and the expression") {
     CHECK(fitted.pose.axis_angles[JawJoint] == before.axis_angles[JawJoint]);
     CHECK(fitted.pose.expression == before.expression);
   }
   SECTION("the same frame gives the same bits") {
     TrainedAvatar again(device(set), trained());
-    const FittedPose same = PoseFitter(device(set), again, wrong, all_cameras(wrong)).fit(3);
+    const FittedPose same = fit(set, again, wrong, 3, all_cameras(wrong));
     CHECK(same.pose.axis_angles == fitted.pose.axis_angles);
     CHECK(same.pose.translation == fitted.pose.translation);
   }
@@ -101,39 +115,110 @@ TEST_CASE("pictures of cameras that are not named are not looked at") {
   ChangedCapture wrong = badly_registered();
   PoseFitOptions two;
   two.cameras = {0, 3};
-  const FittedPose fitted = PoseFitter(wide(), avatar, wrong, two).fit(1);
+  const FittedPose fitted = fit(KernelSet::Wide, avatar, wrong, 1, two);
   CHECK(fitted.views == 2);
   wrong.change_sample = [](Sample& sample) {
     if (sample.camera != 0 && sample.camera != 3) FAIL("camera " << sample.camera << " was read");
   };
-  CHECK(PoseFitter(wide(), avatar, wrong, two).fit(1).pose.translation == fitted.pose.translation);
+  CHECK(fit(KernelSet::Wide, avatar, wrong, 1, two).pose.translation == fitted.pose.translation);
+  CHECK_THROWS_WITH(PoseFitter(wide(), avatar, wrong, {}), Contains("--cameras"));
 }
 
 TEST_CASE("a frame without a picture keeps its pose") {
   TrainedAvatar avatar(wide(), trained());
   ChangedCapture capture = badly_registered();
   capture.lacks_image = [](int frame, int) { return frame == 2; };
-  const FittedPose fitted = PoseFitter(wide(), avatar, capture, all_cameras(capture)).fit(2);
+  const FittedPose fitted = fit(KernelSet::Wide, avatar, capture, 2, all_cameras(capture));
   CHECK(fitted.views == 0);
   CHECK(fitted.pose.translation == capture.pose(2).translation);
   CHECK(fitted.pose.axis_angles == capture.pose(2).axis_angles);
 }
 
 TEST_CASE("a fit that draws no better leaves the pose") {
+  // One step of half a metre and half a radian.
+  const TemporaryFolder folder;
+  Config config = long_config();
+  config.train.iterations = 20;
+  config.train.pose_learning_rate = 0.5;
+  TrainedAvatar avatar(wide(), train_run(folder / "run", config, *open_scene()));
+  const auto capture = open_scene();
+  PoseFitOptions options = all_cameras(*capture);
+  options.steps = 1;
+  const FittedPose fitted = fit(KernelSet::Wide, avatar, *capture, 0, options);
+  CHECK(fitted.views == 5);
+  CHECK(fitted.loss_after == fitted.loss_before);
+  CHECK(fitted.pose.translation == capture->pose(0).translation);
+  CHECK(fitted.metres_moved == 0);
+}
+
+TEST_CASE("a fit begins with the poses that training refined, and they are not applied again to what it wrote") {
+  const TemporaryFolder folder;
+  Config config = long_config();
+  config.train.iterations = 12;
+  config.train.refine_poses = true;
+  config.train.pose_learning_rate = 1e-2;
+  TrainedAvatar avatar(wide(), train_run(folder / "run", config, *open_scene()));
+  const auto capture = open_scene();
+  REQUIRE(avatar.is_refined(*capture, 3));
+  const Pose refined = avatar.best_pose(*capture, 3);
+  CHECK((refined.translation - capture->pose(3).translation).norm() > 1e-3);
+  CHECK(refined.axis_angles[JawJoint] == capture->pose(3).axis_angles[JawJoint]);
+  // By the same correction as the skeleton on the device has.
+  Tape tape(wide(), false);
+  FaceCodes codes = avatar.face_codes(*capture);
+  const auto drawn = avatar.drive(tape, *capture, codes, 3).positions.to_host<float>();
+  const Avatar::Signal signal = avatar.avatar().upload(avatar.avatar().signal(*capture, 3, codes.mean(3)));
+  const DevicePose host_refined = make_device_pose(wide(), avatar.avatar().driven_pose(refined));
+  const auto expected = avatar.avatar().pose(tape, avatar.avatar().decode(tape, signal).gaussians, host_refined);
+  const auto positions = expected.positions.to_host<float>();
+  for (size_t i = 0; i < drawn.size(); i += 7) CHECK(drawn[i] == Approx(positions[i]).margin(1e-5));
+
+  FittedPoses(folder / "poses.npz", avatar, *capture, all_cameras(*capture)).save();
+  const auto fitted = with_registration(open_scene(), folder / "poses.npz");
+  CHECK_FALSE(avatar.is_refined(*fitted, 3));
+  CHECK(avatar.best_pose(*fitted, 3).translation.isApprox(refined.translation, 1e-6));
+}
+
+TEST_CASE("a fit that is stopped keeps the frames that were done") {
+  const TemporaryFolder folder;
   TrainedAvatar avatar(wide(), trained());
   const auto capture = open_scene();
   PoseFitOptions options = all_cameras(*capture);
-  options.steps = 1;  // of a millimetre and a milliradian, whatever the gradient
+  options.steps = 3;
+  int asked = 0;
+  options.stop_requested = [&] { return ++asked > 4; };  // in the second frame
+  FittedPoses poses(folder / "poses.npz", avatar, *capture, options);
   PoseFitter fitter(wide(), avatar, *capture, options);
-  int left = 0;
-  for (int frame = 0; frame < capture->frame_count(); ++frame) {
-    const FittedPose fitted = fitter.fit(frame);
-    CHECK(fitted.loss_after <= fitted.loss_before);
-    const bool moved = fitted.pose.translation != capture->pose(frame).translation;
-    CHECK(moved == (fitted.loss_after < fitted.loss_before));
-    left += !moved;
-  }
-  CAPTURE(left);
+  std::vector<int> told;
+  const auto tell = [&](int done, const FittedPose&) { told.push_back(done); };
+  CHECK_FALSE(fit_frames(fitter, poses, {1, 4}, tell));
+  CHECK(told == std::vector<int>{1});
+  FittedPoses kept(folder / "poses.npz", avatar, *capture, options);
+  kept.resume();
+  CHECK(kept.has(1));
+  CHECK_FALSE(kept.has(4));
+}
+
+TEST_CASE("an Error in the middle keeps the frames that were done, and frames without any picture are one") {
+  const TemporaryFolder folder;
+  TrainedAvatar avatar(wide(), trained());
+  ChangedCapture capture;
+  PoseFitOptions options = all_cameras(capture);
+  options.steps = 1;
+  FittedPoses poses(folder / "poses.npz", avatar, capture, options);
+  PoseFitter fitter(wide(), avatar, capture, options);
+  const auto ignore = [](int, const FittedPose&) {};
+  capture.lacks_image = [](int, int) { return true; };
+  CHECK_THROWS_WITH(fit_frames(fitter, poses, {0}, ignore), Contains("none of the chosen frames has a picture"));
+  CHECK_FALSE(std::filesystem::exists(folder / "poses.npz"));
+  capture.lacks_image = {};
+  capture.change_sample = [](Sample& sample) {
+    if (sample.frame == 3) throw Error("a picture that cannot be read");
+  };
+  CHECK_THROWS_WITH(fit_frames(fitter, poses, {2, 3}, ignore), Contains("cannot be read"));
+  FittedPoses kept(folder / "poses.npz", avatar, capture, options);
+  kept.resume();
+  CHECK(kept.has(2));
 }
 
 TEST_CASE("fitted poses are kept as body parameters, and gone on with") {
@@ -164,6 +249,14 @@ TEST_CASE("fitted poses are kept as body parameters, and gone on with") {
   again.resume();
   CHECK(again.has(4));
   CHECK_FALSE(again.has(3));
+  CHECK(kept.betas == avatar.avatar().betas());
+  TrainedAvatar another(wide(), [&] {
+    Config config = long_config();
+    config.train.iterations = 3;
+    return train_run(folder / "another", config, *capture);
+  }());
+  CHECK_THROWS_WITH(FittedPoses(folder / "poses.npz", another, *capture, options).resume(),
+                    Contains("poses.npz: was fitted by"));
   PoseFitOptions fewer = options;
   fewer.cameras.pop_back();
   CHECK_THROWS_WITH(FittedPoses(folder / "poses.npz", avatar, *capture, fewer).resume(),
