@@ -3,9 +3,9 @@
 #include "host/device/tuner.h"
 #include "host/error.h"
 #include "model/cli/commands.h"
+#include "model/cli/driven_run.h"
 #include "model/cli/metric_options.h"
 #include "model/cli/progress.h"
-#include "model/cli/shared_options.h"
 #include "model/data/selection.h"
 #include "model/train/evaluator.h"
 #include "model/train/fitted_poses.h"
@@ -52,28 +52,27 @@ std::vector<std::string> names_of(const std::vector<int>& cameras, const Capture
 }
 
 void evaluate_run(const EvalOptions& options) {
-  Device device(options.device.options());
-  set_tuner(device, options.device.tune.value_or(TuneMode::Off));
-  TrainedAvatar avatar(device, RunFolder(options.run));
-  const std::unique_ptr<Capture> capture =
-      avatar.as_registered(open_capture(options.data, options.capture.options(avatar.config())));
+  DrivenRun run(options.run, options.data, options.capture, options.device);
+  Device& device = run.device;
+  TrainedAvatar& avatar = run.avatar;
+  const Capture& capture = *run.capture;
   EvaluationOptions evaluation = evaluation_of(options, device, avatar.config().loss);
   const std::vector<std::string>& held_out = avatar.config().data.hold_out;
   const std::vector<std::string> cameras = options.cameras.empty() ? held_out : selection_parts(options.cameras);
-  evaluation.cameras = selected_cameras(cameras, capture->camera_names(), "--cameras");
+  evaluation.cameras = selected_cameras(cameras, capture.camera_names(), "--cameras");
   std::unique_ptr<Capture> as_recorded;
   if (!options.capture.poses.empty()) {
-    warn_of_fitted_cameras(options.capture.poses, names_of(evaluation.cameras, *capture));
+    warn_of_fitted_cameras(options.capture.poses, names_of(evaluation.cameras, capture));
     CaptureChoice own = options.capture;
     own.poses.clear();
     as_recorded = open_capture(options.data, own.options(avatar.config()));
     evaluation.boxes = as_recorded.get();
   }
-  evaluation.frames = selected_frames(selection_parts(options.frames), capture->frame_count(), "--frames");
+  evaluation.frames = selected_frames(selection_parts(options.frames), capture.frame_count(), "--frames");
 
   const StopSignal stop;
   Progress progress;
-  const EvaluationSummary summary = evaluate(device, avatar, *capture, evaluation, shown_by(progress));
+  const EvaluationSummary summary = evaluate(device, avatar, capture, evaluation, shown_by(progress));
   progress.finish();
   if (summary.refined_pictures > 0) {
     fmt::print("{} of {} pictures are of frames whose pose training refined: drawn with the refined pose\n",

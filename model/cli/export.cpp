@@ -1,9 +1,8 @@
 #include <memory>
 
-#include "host/device/tuner.h"
 #include "host/error.h"
 #include "model/cli/commands.h"
-#include "model/cli/shared_options.h"
+#include "model/cli/driven_run.h"
 #include "model/train/exporter.h"
 
 namespace degas {
@@ -31,15 +30,11 @@ void add_export_command(CLI::App& app) {
   add_capture_options(*command, options->capture);
   add_device_options(*command, options->device);
   command->callback([options] {
-    Device device(options->device.options());
-    set_tuner(device, options->device.tune.value_or(TuneMode::Off));
-    TrainedAvatar avatar(device, RunFolder(options->run));
-    const std::unique_ptr<Capture> capture =
-        avatar.as_registered(open_capture(options->data, options->capture.options(avatar.config())));
-    if (options->frame < 0 || options->frame >= capture->frame_count()) {
-      throw Error::format("--frame {}: the capture has frames 0 .. {}", options->frame, capture->frame_count() - 1);
-    }
-    export_frame(device, avatar, *capture, options->frame, options->output);
+    DrivenRun run(options->run, options->data, options->capture, options->device);
+    const int frames = run.capture->frame_count();
+    if (options->frame < 0 || options->frame >= frames)
+      throw Error::format("--frame {}: the capture has frames 0 .. {}", options->frame, frames - 1);
+    export_frame(run.device, run.avatar, *run.capture, options->frame, options->output);
     std::filesystem::path maps = options->output;
     maps.replace_extension(".exr");
     fmt::print("wrote {} and {}\n", options->output.string(), maps.string());

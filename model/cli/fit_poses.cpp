@@ -1,11 +1,10 @@
 #include <algorithm>
 #include <memory>
 
-#include "host/device/tuner.h"
 #include "host/error.h"
 #include "model/cli/commands.h"
+#include "model/cli/driven_run.h"
 #include "model/cli/progress.h"
-#include "model/cli/shared_options.h"
 #include "model/data/selection.h"
 #include "model/train/fitted_poses.h"
 #include "model/train/stop_signal.h"
@@ -41,20 +40,19 @@ void fit(const FitOptions& options) {
     throw Error::format("{}: is there already; go on with it by --resume, or name another --out",
                         options.output.string());
   }
-  Device device(options.device.options());
-  set_tuner(device, options.device.tune.value_or(TuneMode::Off));
-  TrainedAvatar avatar(device, RunFolder(options.run));
-  const std::unique_ptr<Capture> capture =
-      avatar.as_registered(open_capture(options.data, options.capture.options(avatar.config())));
+  DrivenRun run(options.run, options.data, options.capture, options.device);
+  Device& device = run.device;
+  TrainedAvatar& avatar = run.avatar;
+  const Capture& capture = *run.capture;
   PoseFitOptions fitting;
-  fitting.cameras = cameras_of(options, avatar, *capture);
+  fitting.cameras = cameras_of(options, avatar, capture);
   fitting.steps = options.steps;
   fitting.stop_requested = StopSignal::requested;
-  const std::vector<int> frames = selected_frames(selection_parts(options.frames), capture->frame_count(), "--frames");
-  FittedPoses poses(options.output, avatar, *capture, fitting);
+  const std::vector<int> frames = selected_frames(selection_parts(options.frames), capture.frame_count(), "--frames");
+  FittedPoses poses(options.output, avatar, capture, fitting);
   if (options.resume) poses.resume();
 
-  PoseFitter fitter(device, avatar, *capture, fitting);
+  PoseFitter fitter(device, avatar, capture, fitting);
   const StopSignal stop;
   Progress progress;
   const bool is_whole = fit_frames(fitter, poses, frames, [&](int done, const FittedPose& fitted) {

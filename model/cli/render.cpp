@@ -1,15 +1,13 @@
 #include <memory>
 
-#include "host/device/tuner.h"
 #include "host/error.h"
 #include "host/io/video.h"
 #include "model/cli/commands.h"
+#include "model/cli/driven_run.h"
 #include "model/cli/progress.h"
-#include "model/cli/shared_options.h"
 #include "model/data/selection.h"
 #include "model/train/picture.h"
 #include "model/train/stop_signal.h"
-#include "model/train/trained_avatar.h"
 #include "model/train/turntable.h"
 
 namespace degas {
@@ -56,14 +54,13 @@ std::vector<Shot> plan_shots(const RenderOptions& options, const Avatar& avatar,
 }
 
 void render(const RenderOptions& options) {
-  Device device(options.device.options());
-  set_tuner(device, options.device.tune.value_or(TuneMode::Off));
-  TrainedAvatar avatar(device, RunFolder(options.run));
-  const std::unique_ptr<Capture> capture =
-      avatar.as_registered(open_capture(options.data, options.capture.options(avatar.config())));
-  FaceCodes codes = avatar.face_codes(*capture);
+  DrivenRun run(options.run, options.data, options.capture, options.device);
+  Device& device = run.device;
+  TrainedAvatar& avatar = run.avatar;
+  const Capture& capture = *run.capture;
+  FaceCodes codes = avatar.face_codes(capture);
   const bool is_video = options.output.extension() == ".mp4";
-  const std::vector<Shot> shots = plan_shots(options, avatar.avatar(), *capture, is_video);
+  const std::vector<Shot> shots = plan_shots(options, avatar.avatar(), capture, is_video);
 
   std::unique_ptr<VideoWriter> video;
   if (options.output.has_parent_path()) std::filesystem::create_directories(options.output.parent_path());
@@ -80,7 +77,7 @@ void render(const RenderOptions& options) {
   while (done < shots.size() && !StopSignal::requested()) {
     const Shot& shot = shots[done];
     Tape tape(device, false);
-    const Splats splats = avatar.drive(tape, *capture, codes, shot.frame);
+    const Splats splats = avatar.drive(tape, capture, codes, shot.frame);
     const SplatImage image =
         splat(tape, workspace, splats, shot.view, {1, 1, 1}, splat_options(avatar.config().render));
     const Image8 picture = to_image8(image.color);
