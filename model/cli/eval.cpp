@@ -80,7 +80,8 @@ void evaluate_run(const EvalOptions& options) {
   }
   if (summary.refined_pictures == 0 && avatar.has_refined_poses()) {
     fmt::print(
-        "training refined poses of another sequence (or this one's files or --poses changed since): its own poses are "
+        "training refined poses of another sequence (or this one's files or --poses changed since): registered poses "
+        "are "
         "used\n");
   }
   if (summary.without_picture > 0)
