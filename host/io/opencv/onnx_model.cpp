@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "host/error.h"
+#include "host/io/opencv/onnx_tensors.h"
 
 namespace degas {
 namespace {
@@ -26,6 +27,7 @@ OnnxModel::OnnxModel(const std::filesystem::path& path, const OnnxInput& input, 
     : path_(path), input_(input), output_(output), network_(std::make_unique<Network>()) {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   if (!std::filesystem::is_regular_file(path)) throw Error::format("{}: no such file", path.string());
+  check_onnx_tensors(path);
   std::vector<std::string> names;
   try {
     network_->net = cv::dnn::readNetFromONNX(path.string());

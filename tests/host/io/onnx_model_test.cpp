@@ -59,6 +59,35 @@ TEST_CASE("what is no network, or takes another input, is named") {
                     Contains("no output 'codes'; outputs here: ") && Contains("code"));
 }
 
+TEST_CASE("tensors that do not hold the numbers they are to hold are refused before OpenCV copies them") {
+  const TemporaryFolder folder;
+  const std::vector<std::byte> good = read_file_bytes(channel_means);
+  const auto load = [&](size_t at, const std::vector<int>& from, const std::vector<int>& to) {
+    std::vector<std::byte> bytes = good;
+    for (size_t i = 0; i < from.size(); ++i) {
+      REQUIRE(static_cast<int>(bytes[at + i]) == from[i]);
+      bytes[at + i] = static_cast<std::byte>(to[i]);
+    }
+    write_file_atomically(folder / "damaged.onnx", bytes);
+    OnnxModel(folder / "damaged.onnx", {16});
+  };
+  // The weight `onnx::MatMul_7` of 3 x 4 floats: dimensions, type, name, 48 bytes.
+  const size_t weight = 0x155;
+  const std::vector<int> dims = {8, 3, 8, 4}, type = {16, 1}, raw = {0x4a, 48};
+  CHECK_THROWS_WITH(load(weight, dims, {8, 3, 8, 5}), Contains("damaged.onnx: ") &&
+                                                          Contains("'onnx::MatMul_7' does not hold the 15 numbers") &&
+                                                          Contains("[3, 5]"));
+  CHECK_THROWS_WITH(load(weight, dims, {8, 3, 8, 3}), Contains("does not hold the 9 numbers"));
+  CHECK_THROWS_WITH(load(weight, dims, {9, 3, 8, 4}), Contains("is no ONNX network that is whole"));
+  const int int64 = 7, float64 = 11;
+  CHECK_THROWS_WITH(load(weight + 4, type, {16, int64}), Contains("does not hold the 12 numbers"));
+  CHECK_THROWS_WITH(load(weight + 4, type, {16, float64}), Contains("does not hold the 12 numbers"));
+  const int as_floats = 0x22, as_int64s = 0x3a;
+  CHECK_NOTHROW(load(weight + 22, raw, {as_floats, 48}));
+  CHECK_THROWS_WITH(load(weight + 22, raw, {as_int64s, 48}), Contains("does not hold the 12 numbers"));
+  CHECK_THROWS_WITH(load(weight - 1, {72}, {120}), Contains("is no ONNX network that is whole"));
+}
+
 TEST_CASE("the face landmarks of a picture: 478 points in the picture") {
   const std::string path = data_path("weights/face_landmarks_detector.onnx");
   if (path.empty()) return;
