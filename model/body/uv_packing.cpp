@@ -50,9 +50,9 @@ bool for_each_word(Grid& grid, const Bitmap& shape, int x, int y, const Visit& v
   return true;
 }
 
-/// The first place, row by row, where the shape meets nothing that is taken.
-std::optional<std::array<int, 2>> find_place(const Bitmap& taken, const Bitmap& shape) {
-  for (int y = 0; y + shape.height <= taken.height; ++y) {
+/// The first place, row by row, where the shape meets nothing that is taken and stays above `bottom`.
+std::optional<std::array<int, 2>> find_place(const Bitmap& taken, const Bitmap& shape, int bottom) {
+  for (int y = 0; y + shape.height < bottom; ++y) {
     for (int x = 0; x + shape.width <= taken.width; ++x) {
       if (for_each_word(taken, shape, x, y, [](uint64_t word, uint64_t bits) { return (word & bits) == 0; })) {
         return std::array{x, y};
@@ -200,6 +200,12 @@ class AtlasPacker {
     const Vector2d low = points[0].cwiseMin(points[1]).cwiseMin(points[2]);
     const Vector2d high = points[0].cwiseMax(points[1]).cwiseMax(points[2]);
     const double winding = cross(points[1] - points[0], points[2] - points[0]) < 0 ? -1 : 1;
+    std::array<Vector2d, 3> sides;
+    std::array<double, 3> limits;
+    for (int k = 0; k < 3; ++k) {
+      sides[k] = winding * (points[(k + 1) % 3] - points[k]);
+      limits[k] = -reach * sides[k].norm();
+    }
     const auto first = [&](double from) { return std::max(0, static_cast<int>(std::ceil(from - reach - 0.5))); };
     const auto last = [&](double to, int size) {
       return std::min(size - 1, static_cast<int>(std::floor(to + reach - 0.5)));
@@ -208,10 +214,7 @@ class AtlasPacker {
       for (int x = first(low.x()); x <= last(high.x(), shape.width); ++x) {
         const Vector2d centre(x + 0.5, y + 0.5);
         bool inside = true;
-        for (int k = 0; k < 3 && inside; ++k) {
-          const Vector2d side = points[(k + 1) % 3] - points[k];
-          inside = winding * cross(side, centre - points[k]) >= -reach * side.norm();
-        }
+        for (int k = 0; k < 3 && inside; ++k) inside = cross(sides[k], centre - points[k]) >= limits[k];
         if (inside) shape.set(x, y);
       }
     }
@@ -223,11 +226,11 @@ class AtlasPacker {
     for (const Chart* chart : charts) {
       std::optional<std::pair<Bitmap, Place>> best;
       std::array<int, 2> best_at{};
-      int best_bottom = 0;
+      int best_bottom = grid.height + 1;
       for (int turn = 0; turn < turns; ++turn) {
         std::pair<Bitmap, Place> drawn = draw(*chart, size, turn);
-        const auto at = find_place(grid, drawn.first);
-        if (!at || (best && (*at)[1] + drawn.first.height >= best_bottom)) continue;
+        const auto at = find_place(grid, drawn.first, best_bottom);
+        if (!at) continue;
         best_at = *at, best_bottom = (*at)[1] + drawn.first.height;
         best = std::move(drawn);
       }
