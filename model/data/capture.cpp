@@ -95,6 +95,10 @@ void print_warning(const std::string& text) {
   fmt::print(stderr, "warning: {}\n", text);
 }
 
+fs::path frames_file(const fs::path& own_parameters, const CaptureOptions& options) {
+  return options.poses.empty() || fs::exists(own_parameters) ? own_parameters : options.poses;
+}
+
 std::vector<std::string> capture_formats() {
   std::vector<std::string> names;
   for (const Format& format : formats()) names.push_back(format.name);

@@ -79,10 +79,13 @@ struct CaptureOptions {
   std::filesystem::path cache;  ///< folder of decoded pictures; empty: captures/ in the user's cache folder
   std::string format;           ///< one of capture_formats(); empty: told from the files
   std::filesystem::path codes;  ///< where face codes lie (DreamsCodes); empty: in the capture
-  std::filesystem::path poses;  ///< body parameters in place of the capture's (with_registration); empty: its own
+  std::filesystem::path poses;  ///< body parameters instead of the capture's, or where it has none; empty: its own
   bool incomplete = false;      ///< also without body parameters, masks or capture.json: to look at, not to train
   std::function<void(const std::string&)> warn = print_warning;  ///< told once for each thing that is skipped
 };
+
+/// The file that tells which frames a capture has: its own body parameters or, where these are missing, options.poses.
+std::filesystem::path frames_file(const std::filesystem::path& own_parameters, const CaptureOptions& options);
 
 /// Names of the formats that are read: dreams, avatarrex (THuman4 too), actorshq.
 std::vector<std::string> capture_formats();

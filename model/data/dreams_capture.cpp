@@ -27,10 +27,13 @@ bool DreamsCapture::recognises(const fs::path& folder, bool incomplete) {
 }
 
 DreamsCapture::DreamsCapture(const fs::path& folder, const CaptureOptions& options)
-    : folder_(folder), options_(options), lenses_(read_dreams_cameras(folder / "cameras.json")) {
+    : folder_(folder),
+      parameters_file_(frames_file(folder / "smplx.npz", options)),
+      options_(options),
+      lenses_(read_dreams_cameras(folder / "cameras.json")) {
   const auto is_read = [&](const fs::path& path) { return !options_.incomplete || fs::exists(path); };
   if (is_read(folder / "capture.json")) description_ = read_dreams_description(folder / "capture.json");
-  if (is_read(parameters_path())) parameters_ = read_smplx_parameters(parameters_path(), {}, options_.warn);
+  if (is_read(parameters_file_)) parameters_ = read_smplx_parameters(parameters_file_, {}, options_.warn);
   for (size_t i = 0; i < lenses_.size(); ++i) names_.push_back(fmt::format("cam{:02d}", i));
   open_videos();
   if (!has_poses()) count_frames();
@@ -108,7 +111,7 @@ void DreamsCapture::check_length(const Video& video) const {
   const auto covered = std::lower_bound(numbers.begin(), numbers.end(), video.reader.frame_count()) - numbers.begin();
   throw Error::format(
       "{}: has {} frames, but {} goes to frame {}; restore the video or cut the parameters to their first {} rows",
-      video.path.string(), video.reader.frame_count(), parameters_path().string(), numbers.back(), covered);
+      video.path.string(), video.reader.frame_count(), parameters_file_.string(), numbers.back(), covered);
 }
 
 void DreamsCapture::warn_of_offset() const {
@@ -193,7 +196,7 @@ void DreamsCapture::make_identity() {
   Identity identity;
   identity.add("dreams 1");
   identity.add(fmt::format("{:.17g} {}", options_.image_scale, static_cast<int>(background_)));
-  for (const fs::path& file : {folder_ / "cameras.json", folder_ / "capture.json", parameters_path()}) {
+  for (const fs::path& file : {folder_ / "cameras.json", folder_ / "capture.json", parameters_file_}) {
     if (!options_.incomplete || fs::exists(file)) identity.add_file(file);
   }
   for (const auto& video : videos_) {

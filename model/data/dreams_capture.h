@@ -52,7 +52,6 @@ class DreamsCapture : public Capture {
 
  private:
   struct Video;
-  std::filesystem::path parameters_path() const { return folder_ / "smplx.npz"; }
   void open_videos();
   void check_size(size_t camera);
   void count_frames();
@@ -64,7 +63,7 @@ class DreamsCapture : public Capture {
   /// The colour and alpha halves of a frame of a camera's video, without the lens's distortion.
   std::pair<Image8, Image8> halves(int64_t video_frame, int camera) const;
 
-  std::filesystem::path folder_;
+  std::filesystem::path folder_, parameters_file_;
   CaptureOptions options_;
   std::vector<Lens> lenses_;
   DreamsDescription description_;

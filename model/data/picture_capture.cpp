@@ -37,11 +37,12 @@ PictureCapture::PictureCapture(PictureLayout layout, const CaptureOptions& optio
 }
 
 void PictureCapture::read_parameters() {
+  layout_.parameters = frames_file(layout_.parameters, options_);
   const bool is_there = fs::exists(layout_.parameters);
   if (!is_there && !options_.incomplete) {
     throw Error::format(
         "{}: no such file; recordings come without body fits now and then: fit SMPL-X to it, or take the fit of a "
-        "project that did (docs/captures.md)",
+        "project that did (docs/captures.md), by this name or by --poses",
         layout_.parameters.string());
   }
   if (is_there) {

@@ -187,8 +187,7 @@ TEST_CASE("what is wrong with an ActorsHQ capture is said with file, line, colum
   }
   SECTION("no parameters") {
     fs::remove(small.scale.parent_path() / "smpl_params.npz");
-    CHECK_THROWS_WITH(small.open(),
-                      Contains("1x/smpl_params.npz: no such file") && Contains("fit SMPL-X"));
+    CHECK_THROWS_WITH(small.open(), Contains("1x/smpl_params.npz: no such file") && Contains("fit SMPL-X"));
   }
   SECTION("parameters that are not finite") {
     std::vector<float> values(small_frames * 63, 0.0f);
@@ -220,6 +219,22 @@ TEST_CASE("what is wrong with an ActorsHQ capture is said with file, line, colum
     write_image(small.scale / "masks/Cam001/Cam001_mask000003.png", Image8::black(21, 13, 1));
     CHECK_THROWS_WITH(small.open()->load(3, 0), Contains("Cam001_mask000003.png: frame 3 of Cam001 has an empty mask"));
   }
+}
+
+TEST_CASE("another file's body parameters stand in for those that a recording came without") {
+  SmallActorsHq small;
+  const auto own = small.open();
+  CaptureOptions options;
+  options.poses = small.scale / "fit of a project.npz";
+  fs::rename(small.scale.parent_path() / "smpl_params.npz", options.poses);
+  const auto fitted = open_uncached_capture(small.scale, options);
+  REQUIRE(fitted->frame_count() == own->frame_count());
+  CHECK(fitted->has_poses());
+  CHECK(fitted->pose(3).axis_angles == own->pose(3).axis_angles);
+  CHECK(fitted->betas() == own->betas());
+  CHECK(fitted->load(2, 1).image.pixels == own->load(2, 1).image.pixels);
+  options.poses = small.scale / "no_such_fit.npz";
+  CHECK_THROWS_WITH(open_uncached_capture(small.scale, options), Contains("no_such_fit.npz: no such file"));
 }
 
 TEST_CASE("an incomplete capture is opened to be looked at, without what it lacks") {
