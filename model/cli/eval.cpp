@@ -80,9 +80,8 @@ void evaluate_run(const EvalOptions& options) {
   }
   if (summary.refined_pictures == 0 && avatar.has_refined_poses()) {
     fmt::print(
-        "training refined poses of another sequence (or this one's files or --poses changed since): registered poses "
-        "are "
-        "used\n");
+        "registered poses are used; training refined poses of another sequence (or this one's files or --poses have "
+        "changed since)\n");
   }
   if (summary.without_picture > 0)
     fmt::print("{} frames and cameras have no picture: left out\n", summary.without_picture);

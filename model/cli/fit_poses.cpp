@@ -72,11 +72,10 @@ void fit(const FitOptions& options) {
 void add_fit_poses_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("fit-poses",
-                         "Fit the registered poses of a capture to its pictures by a trained avatar, which stays as it "
-                         "is: a sequence that\n"
-                         "training never saw is then drawn where the person stands rather than where the tracker "
-                         "believed. Held-out cameras\n"
-                         "are not looked at. Writes the body parameters of all frames, as smplx.npz has them");
+                         "Fit the registered poses of a capture to its pictures by a trained avatar, which stays as\n"
+                         "it is: a sequence that training never saw is then drawn where the person stands rather than\n"
+                         "where the tracker believed. Held-out cameras are not looked at. Writes the body parameters\n"
+                         "of all frames, as smplx.npz has them");
   auto options = std::make_shared<FitOptions>();
   command->add_option("--run", options->run, "Run folder of `degas train`")->required();
   command->add_option("--data", options->data, "Capture whose poses are fitted")->required();
