@@ -23,8 +23,13 @@ namespace degas::test {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int most_faults = 5;          ///< of a target that are told
-constexpr double longest_seconds = 10;  ///< of a round, on the processor, sanitizers included
+constexpr int most_faults = 5;  ///< of a target that are told
+/// Of a round, on the processor, sanitizers included; libFuzzer's watch over every comparison costs ten times as much.
+#ifdef DEGAS_LIBFUZZER
+constexpr double longest_seconds = 60;
+#else
+constexpr double longest_seconds = 10;
+#endif
 
 /// The number in an environment variable, where there is one.
 std::optional<int> number_in(const char* variable) {

@@ -12,8 +12,11 @@
 namespace degas {
 namespace {
 
-/// OpenCV's reasons run over several lines.
-std::string first_line(const std::string& text) {
+/// Damaged networks also end in what OpenCV does not foresee, std::length_error for one. Its own reasons run over
+/// several lines.
+std::string reason(const std::exception& error) {
+  const auto* own = dynamic_cast<const cv::Exception*>(&error);
+  const std::string text = own ? own->err : error.what();
   return text.substr(0, text.find('\n'));
 }
 
@@ -32,9 +35,8 @@ OnnxModel::OnnxModel(const std::filesystem::path& path, const OnnxInput& input, 
   try {
     network_->net = cv::dnn::readNetFromONNX(path.string());
     names = network_->net.getUnconnectedOutLayersNames();
-  } catch (const cv::Exception& error) {
-    throw Error::format("{}: is no ONNX network that OpenCV {} reads: {}", path.string(), CV_VERSION,
-                        first_line(error.err));
+  } catch (const std::exception& error) {
+    throw Error::format("{}: is no ONNX network that OpenCV {} reads: {}", path.string(), CV_VERSION, reason(error));
   }
   const std::vector<float> empty(static_cast<size_t>(input.side) * static_cast<size_t>(input.side) * 3);
   size_t largest = 0;
@@ -60,16 +62,17 @@ std::vector<float> OnnxModel::run(std::span<const float> picture, const std::str
       plane[i] = static_cast<float>((picture[3 * i + channel] - input_.mean[channel]) * input_.scale[channel]);
     }
   }
+  cv::Mat result;
   try {
     network_->net.setInput(blob);
-    const cv::Mat result = network_->net.forward(output);
-    if (result.depth() != CV_32F) throw Error::format("{}: output '{}' is not of float32", path_.string(), output);
-    const cv::Mat row = result.isContinuous() ? result : result.clone();
-    return {row.ptr<float>(), row.ptr<float>() + row.total()};
-  } catch (const cv::Exception& error) {
+    result = network_->net.forward(output);
+    if (!result.isContinuous()) result = result.clone();
+  } catch (const std::exception& error) {
     throw Error::format("{}: fails on a picture of {}x{}: {}; is --input right?", path_.string(), input_.side,
-                        input_.side, first_line(error.err));
+                        input_.side, reason(error));
   }
+  if (result.depth() != CV_32F) throw Error::format("{}: output '{}' is not of float32", path_.string(), output);
+  return {result.ptr<float>(), result.ptr<float>() + result.total()};
 }
 
 std::vector<float> OnnxModel::operator()(const Image8& picture) {
