@@ -1,7 +1,9 @@
 #include <nlohmann/json.hpp>
 
 #include "host/io/checkpoint.h"
+#include "host/io/image.h"
 #include "host/io/npz.h"
+#include "host/io/ply.h"
 #include "model/data/smplx_parameters.h"
 #include "tests/support/training_commands.h"
 
@@ -88,6 +90,50 @@ TEST_CASE("poses that were registered beside the person are better fitted") {
   CHECK_THAT(seen.errors, Catch::Contains("were fitted to pictures of cam01, which is no unseen camera"));
   // Faces are measured in the boxes of the capture's own registration, whatever poses are drawn.
   CHECK(file_text(folder / "wrong/boxes.json") == file_text(folder / "fitted/boxes.json"));
+}
+
+TEST_CASE("render, export and inspect show the poses of a file in place of the registered ones") {
+  const TemporaryFolder folder;
+  SmplxParameters parameters = read_smplx_parameters(training_scene() / "P1C2" / "smplx.npz");
+  const double moved = 0.2;
+  for (Pose& pose : parameters.poses) pose.translation.x() += moved;
+  const std::string poses = (folder / "moved.npz").string();
+  write_npz(poses, smplx_arrays(parameters));
+  const auto output_of = [&](const std::string& name, const std::string& command, std::vector<std::string> more) {
+    if (name == "moved") more.insert(more.end(), {"--poses", poses});
+    const auto output = folder / (name + "_" + command);
+    const ProgramResult result = run_on_novel(command, output, more);
+    CAPTURE(name, command, result.errors);
+    REQUIRE(result.exit_code == 0);
+    return output;
+  };
+  const auto middle = [&](const std::string& name) {
+    const std::vector<float> positions = read_ply(output_of(name, "export", {"--frame", "1"})).positions;
+    double sum = 0;
+    for (size_t i = 0; i < positions.size(); i += 3) sum += positions[i];
+    return sum / static_cast<double>(positions.size() / 3);
+  };
+  CHECK(middle("moved") - middle("own") == Approx(moved).margin(1e-4));
+
+  const auto picture = [&](const std::string& name) {
+    return read_image(output_of(name, "render", {"--camera", "cam01", "--frames", "1"}) / "000001.png", 3).pixels;
+  };
+  CHECK(picture("moved") != picture("own"));
+
+  const auto overlap = [&](const std::string& name) {
+    const auto output = folder / (name + "_inspect");
+    std::vector<std::string> words = {"inspect",
+                                      "--data",
+                                      (training_scene() / "P1C2").string(),
+                                      "--body",
+                                      (training_scene() / "body.npz").string(),
+                                      "--out",
+                                      output.string()};
+    if (name == "moved") words.insert(words.end(), {"--poses", poses});
+    REQUIRE(run_program(words).exit_code == 0);
+    return nlohmann::json::parse(file_text(output / "inspect.json")).at("mask_iou_mean").get<double>();
+  };
+  CHECK(overlap("moved") < overlap("own") - 0.2);
 }
 
 TEST_CASE("fit-poses goes on with the frames that are missing") {
