@@ -161,7 +161,7 @@ TorchTensors read(const ZipReader& archive) {
   }
   // An opcode may make a value of a hundred bytes. A tensor takes about 40 opcodes and, with a storage of its own, no
   // less than 300 bytes; views of one storage, or lists of numbers, live on what any archive may have.
-  const size_t most_opcodes = (size_t{1} << 18) + archive.bytes() / 32;
+  const size_t most_opcodes = (size_t{1} << 17) + archive.bytes() / 32;
   const Pickle pickle = read_pickle(archive.read(prefix + "data.pkl"), archive.label(), most_opcodes);
   TensorCollector collector(archive, prefix);
   collector.collect(*pickle.result, "", 0);
