@@ -30,6 +30,8 @@ constexpr uint32_t tensor_dims = 1, tensor_type = 2, tensor_floats = 4, tensor_i
                    tensor_location = 14;
 }  // namespace field
 
+constexpr size_t most_dimensions = 32;  // OpenCV's limit
+
 /// How a type of tensor (TensorProto.DataType) keeps its numbers: as bytes, or in a field.
 struct TensorType {
   uint64_t number_bytes;
@@ -180,7 +182,11 @@ class OnnxTensors {
         case field::tensor_dims:
           require(field, varint);
           if (field.wire == varint) dims.push_back(field.value);
-          for (Bytes packed = field.bytes; !packed.empty();) dims.push_back(read_varint(packed));
+          for (Bytes packed = field.bytes; !packed.empty() && dims.size() <= most_dimensions;) {
+            dims.push_back(read_varint(packed));
+          }
+          if (dims.size() > most_dimensions)
+            refuse(fmt::format("a tensor of more than {} dimensions", most_dimensions));
           break;
         case field::tensor_type:
           require(field, varint);

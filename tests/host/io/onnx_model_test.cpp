@@ -86,6 +86,9 @@ TEST_CASE("tensors that do not hold the numbers they are to hold are refused bef
   CHECK_NOTHROW(load(weight + 22, raw, {as_floats, 48}));
   CHECK_THROWS_WITH(load(weight + 22, raw, {as_int64s, 48}), Contains("does not hold the 12 numbers"));
   CHECK_THROWS_WITH(load(weight - 1, {72}, {120}), Contains("is no ONNX network that is whole"));
+  // As a field of dimensions, the 48 bytes are as many.
+  const int as_dimensions = 0x0a;
+  CHECK_THROWS_WITH(load(weight + 22, raw, {as_dimensions, 48}), Contains("a tensor of more than 32 dimensions"));
 }
 
 TEST_CASE("the face landmarks of a picture: 478 points in the picture") {
