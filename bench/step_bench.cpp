@@ -63,6 +63,7 @@ Row measure_step(DeviceOptions options, const Subject& subject, const WholeCase&
 std::string part_of(const Profiler::Row& row) {
   static const std::map<std::string, std::string> parts = {{"conv2d", "convolution"},
                                                            {"conv2d_rows", "convolution"},
+                                                           {"conv2d_winograd", "convolution"},
                                                            {"conv2d_packing", "convolution"},
                                                            {"conv2d_gradient", "convolution"},
                                                            {"conv2d_gradient_rows", "convolution"},

@@ -2,6 +2,7 @@
 
 #include "host/ops/conv2d_parameters.h"
 #include "host/ops/conv2d_tuning.h"
+#include "host/ops/conv2d_winograd.h"
 
 namespace degas {
 namespace {
@@ -42,9 +43,10 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
   const int panel = parameters.vectors * device.vector_width();
   const int panels = static_cast<int>(ceiling(target_depth, panel));
 
+  const bool by_winograd = parameters.kernel == GatherKernel::Winograd;
   Tensor packed = weight;
   // A panel of consecutive lines streams better than one cut out of the tensor; small maps do not repay the copy.
-  if (transpose || packing.fold > 1 || target_depth % panel != 0 ||
+  if (by_winograd || transpose || packing.fold > 1 || target_depth % panel != 0 ||
       (device.is_wide() && panels > 1 && arguments.target_height * arguments.target_width >= 128)) {
     packed = Tensor(device, {arguments.groups, panels, taps, depth, panel});
     // On GPUs panels lie side by side, so that neighbouring items read neighbouring weights.
@@ -63,6 +65,10 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
     arguments.group_stride = taps * arguments.tap_stride;
   }
 
+  const int stream = streams_target(device, arguments);
+  if (by_winograd)
+    return gather_by_winograd(source, packed, bias, target, negative_slope, arguments, parameters, stream);
+
   const Tiles tiles = tiles_of(device, arguments, parameters);
   arguments.tiles_per_item = tiles.per_item;
   arguments.tile_axis = parameters.tiles_first ? 0 : 1;
@@ -74,9 +80,8 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
   const auto [group_panels, group_tiles] = gather_group(device, arguments, parameters);
   const Range local =
       parameters.tiles_first ? Range{group_tiles, group_panels, 1} : Range{group_panels, group_tiles, 1};
-  const int stream = streams_target(device, arguments);
   const Kernel kernel =
-      parameters.by_rows
+      parameters.kernel == GatherKernel::Rows
           ? device.kernel("conv2d_rows", "gather_rows",
                           {{"PIXELS", parameters.pixels},
                            {"TAPS", arguments.kernel_size.x},

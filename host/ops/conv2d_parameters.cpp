@@ -5,6 +5,8 @@
 #include <initializer_list>
 #include <iterator>
 
+#include "host/ops/conv2d_winograd.h"
+
 namespace degas {
 namespace {
 
@@ -85,6 +87,28 @@ Block wide_block(const Device& device, int depth) {
   });
 }
 
+/// Of conv2d.cl or conv2d_rows.cl.
+GatherParameters sum_parameters(const Device& device, const GatherArguments& arguments) {
+  GatherParameters result{};
+  result.fold = best_fold(device, arguments);
+  const GatherArguments a = result.fold > 1 ? folded(arguments, result.fold) : arguments;
+  const bool by_rows = goes_by_rows(device, a);
+  result.kernel = by_rows ? GatherKernel::Rows : GatherKernel::Sums;
+  const Block block = !device.is_wide() ? gpu_block(device.family())
+                      : by_rows         ? rows_block
+                                        : wide_block(device, a.target_depth());
+  result.pixels = block.pixels;
+  result.vectors = block.vectors;
+  // Enough work in an item to outweigh its start, enough items to keep every core busy.
+  result.items = 64;
+  // A CPU takes items in the order of axis 0: all panels of a tile while its pixels are in cache, or, where the weights
+  // are the larger part, all tiles of a panel.
+  const int64_t weights = int64_t{a.kernel_size.y} * arguments.kernel_size.x * a.depth() * arguments.target_channels;
+  result.tiles_first =
+      device.is_wide() && weights > int64_t{a.batch} * a.source_height * a.source_width * a.source_channels;
+  return result;
+}
+
 /// Vector operations of conv2d_gradient.cl for each output pixel and kernel row, with `fold` pixels as one.
 double gradient_cost(const Device& device, const Conv2dGeometry& g, int fold) {
   const int64_t vectors = ceiling(fold * g.output_depth(), device.vector_width());
@@ -130,29 +154,15 @@ GatherArguments folded(GatherArguments a, int fold) {
 Tiles tiles_of(const Device& device, const GatherArguments& a, const GatherParameters& parameters) {
   const int64_t lines = int64_t{a.batch} * ceiling(a.target_height, a.target_step.y);
   const int64_t columns = ceiling(a.target_width, a.target_step.x);
-  const int64_t tiles =
-      parameters.by_rows ? lines * ceiling(columns, parameters.pixels) : ceiling(lines * columns, parameters.pixels);
+  const int64_t tiles = parameters.kernel == GatherKernel::Rows ? lines * ceiling(columns, parameters.pixels)
+                                                                : ceiling(lines * columns, parameters.pixels);
   return {tiles, device.is_wide() ? static_cast<int>(std::clamp<int64_t>(tiles / parameters.items, 1, 32)) : 1};
 }
 
 GatherParameters gather_parameters(const Device& device, const GatherArguments& arguments) {
-  GatherParameters result{};
-  result.fold = best_fold(device, arguments);
-  const GatherArguments a = result.fold > 1 ? folded(arguments, result.fold) : arguments;
-  result.by_rows = goes_by_rows(device, a);
-  const Block block = !device.is_wide() ? gpu_block(device.family())
-                      : result.by_rows  ? rows_block
-                                        : wide_block(device, a.target_depth());
-  result.pixels = block.pixels;
-  result.vectors = block.vectors;
-  // Enough work in an item to outweigh its start, enough items to keep every core busy.
-  result.items = 64;
-  // A CPU takes items in the order of axis 0: all panels of a tile while its pixels are in cache, or, where the weights
-  // are the larger part, all tiles of a panel.
-  const int64_t weights = int64_t{a.kernel_size.y} * arguments.kernel_size.x * a.depth() * arguments.target_channels;
-  result.tiles_first =
-      device.is_wide() && weights > int64_t{a.batch} * a.source_height * a.source_width * a.source_channels;
-  return result;
+  const GatherParameters winograd = winograd_parameters(device);
+  if (winograd_allowed(device, arguments, winograd) && winograd_pays(device, arguments)) return winograd;
+  return sum_parameters(device, arguments);
 }
 
 std::array<size_t, 2> gather_group(const Device& device, const GatherArguments& a, const GatherParameters& parameters) {
@@ -167,14 +177,16 @@ std::array<size_t, 2> gather_group(const Device& device, const GatherArguments& 
 }
 
 std::vector<GatherParameters> gather_candidates(const Device& device, const GatherArguments& arguments) {
-  const GatherParameters usual = gather_parameters(device, arguments);
+  // The built-in ones are tried in any case.
+  const GatherParameters built_in = gather_parameters(device, arguments), usual = sum_parameters(device, arguments);
   std::vector<GatherParameters> result;
   const auto add = [&](GatherParameters candidate) {
     const GatherArguments a = candidate.fold > 1 ? folded(arguments, candidate.fold) : arguments;
     const bool one_panel = candidate.vectors * device.vector_width() >= a.target_depth();
-    const bool legal =
-        candidate.by_rows ? goes_by_rows(device, a) : candidate.fold == 1 || (a.groups == 1 && one_panel);
-    if (legal && candidate != usual && std::find(result.begin(), result.end(), candidate) == result.end())
+    const bool legal = candidate.kernel == GatherKernel::Winograd ? winograd_allowed(device, a, candidate)
+                       : candidate.kernel == GatherKernel::Rows   ? goes_by_rows(device, a)
+                                                                  : candidate.fold == 1 || (a.groups == 1 && one_panel);
+    if (legal && candidate != built_in && std::find(result.begin(), result.end(), candidate) == result.end())
       result.push_back(candidate);
   };
   const auto with_blocks = [&](const GatherParameters& from, std::initializer_list<Block> blocks) {
@@ -189,19 +201,22 @@ std::vector<GatherParameters> gather_candidates(const Device& device, const Gath
     with_blocks(usual, {{8, 4}, {4, 4}, {8, 1}, {8, 2}, {16, 1}, {4, 1}, {16, 2}, {2, 4}});
     return result;
   }
+  add(winograd_parameters(device));
+  add(usual);
+  with_blocks(winograd_parameters(device), {{6, 2}, {12, 1}, {8, 2}, {4, 4}});
   GatherParameters other_order = usual, fewer_items = usual, more_items = usual, unfolded = usual, not_by_rows = usual;
   other_order.tiles_first = !usual.tiles_first;
   fewer_items.items = 16;
   more_items.items = 256;
   unfolded.fold = 1;
-  unfolded.by_rows = false;
-  not_by_rows.by_rows = false;
+  unfolded.kernel = GatherKernel::Sums;
+  not_by_rows.kernel = GatherKernel::Sums;
   add(other_order);
   add(fewer_items);
   with_blocks(not_by_rows, {{6, 2}, {8, 1}, {4, 3}, {4, 4}});
   if (usual.fold > 1) with_blocks(unfolded, {{8, 1}, {6, 2}});
   add(more_items);
-  if (usual.by_rows) return result;
+  if (usual.kernel == GatherKernel::Rows) return result;
   for (const GatherParameters& from : {usual, other_order})
     with_blocks(from, {{6, 2}, {8, 1}, {4, 3}, {4, 4}, {12, 1}, {6, 1}, {7, 2}, {3, 4}, {5, 2}, {3, 2}});
   return result;

@@ -27,11 +27,14 @@ struct GatherArguments {
 /// The same convolution with `fold` neighbouring target pixels of a line as one.
 GatherArguments folded(GatherArguments arguments, int fold);
 
+/// Sums: conv2d.cl. Rows: conv2d_rows.cl. Winograd: conv2d_winograd.cl.
+enum class GatherKernel { Sums, Rows, Winograd };
+
 /// How a gather kernel runs: all that may be chosen freely, told from the sizes and the device.
 struct GatherParameters {
   int fold;             ///< neighbouring target pixels of a line taken as one
-  bool by_rows;         ///< conv2d_rows.cl, else conv2d.cl
-  int pixels, vectors;  ///< register block: target pixels (folded), vectors of channels
+  GatherKernel kernel;  ///< Winograd: see conv2d_winograd.h
+  int pixels, vectors;  ///< register block: target pixels (folded; Winograd: tiles), vectors of channels
   int items;            ///< CPUs: about so many items share the tiles of a panel, an item at most 32 of them
   bool tiles_first;     ///< neighbouring items are tiles of a panel, else panels of a tile
 

@@ -11,12 +11,12 @@ namespace {
 
 /// Parameters as the tuner keeps them, to and fro.
 Parameters named(const GatherParameters& p) {
-  return {{"fold", p.fold},       {"by_rows", p.by_rows}, {"pixels", p.pixels},
-          {"vectors", p.vectors}, {"items", p.items},     {"tiles_first", p.tiles_first}};
+  return {{"fold", p.fold},   {"kernel", static_cast<int>(p.kernel)}, {"pixels", p.pixels}, {"vectors", p.vectors},
+          {"items", p.items}, {"tiles_first", p.tiles_first}};
 }
 void read(const Parameters& from, GatherParameters& p) {
   p.fold = from.at("fold");
-  p.by_rows = from.at("by_rows");
+  p.kernel = static_cast<GatherKernel>(from.at("kernel"));
   p.pixels = from.at("pixels");
   p.vectors = from.at("vectors");
   p.items = from.at("items");
@@ -85,12 +85,12 @@ GatherParameters tuned_gather_parameters(Device& device, const GatherArguments& 
   if (!device.tuner()) return usual;
   // With what the candidates depend on: which folds and kernels are legal.
   const std::string shape =
-      fmt::format("channels {}->{} groups {} kernel {}x{} step {} of {} lead {} pixels 2^{} fold {} rows {}{}",
+      fmt::format("channels {}->{} groups {} kernel {}x{} step {} of {} lead {} pixels 2^{} fold {} kernel {}{}",
                   a.source_channels, a.target_channels, a.groups, a.kernel_size.y, a.kernel_size.x, a.source_step.y,
                   a.target_step.y, a.lead.y, magnitude(int64_t{a.batch} * a.target_height * a.target_width), usual.fold,
-                  usual.by_rows ? 1 : 0, usual.tiles_first ? " small" : "");
+                  static_cast<int>(usual.kernel), usual.tiles_first ? " small" : "");
   return choose<GatherParameters>(
-      device, {"conv2d/gather", {"conv2d", "conv2d_rows", "conv2d_packing"}}, shape, usual,
+      device, {"conv2d/gather", {"conv2d", "conv2d_rows", "conv2d_winograd", "conv2d_packing"}}, shape, usual,
       [&] { return gather_candidates(device, a); },
       {Shape{a.batch, a.source_height, a.source_width, a.source_channels}, weight,
        Shape{a.batch, a.target_height, a.target_width, a.target_channels}},

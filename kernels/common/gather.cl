@@ -1,4 +1,5 @@
-// What the two gather kernels of convolutions (conv2d.cl, conv2d_rows.cl) and the packing of their weights share.
+// What the gather kernels of convolutions (conv2d.cl, conv2d_rows.cl, conv2d_winograd.cl) and the packing of their
+// weights share.
 // -D VECTORS: vectors of V channels an item holds for each target pixel: together a panel.
 // -D STREAM: 1 where the target is too large for the caches and its channels are whole vectors.
 #include "common/prefetch.cl"

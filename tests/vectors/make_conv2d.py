@@ -13,7 +13,11 @@ CASES = {
     "alex": (1, 27, 23, 3, 7, 11, 4, 2, 1, 0.0, "tied"),
     "five": (1, 6, 5, 4, 33, 5, 1, 2, 1, 1.0, "tied"),
     "skip": (2, 3, 4, 30, 18, 1, 1, 0, 3, 1.0, "untied"),
+    "wide": (1, 14, 15, 32, 32, 3, 1, 1, 1, 0.2, "tied"),
 }
+
+# As a network's are, so that sums of many terms are of the size of one: a sixteenth is exact in float32.
+SMALL_WEIGHTS = {"wide"}
 
 
 def draw(*shape):
@@ -31,6 +35,8 @@ def main():
     for name, (n, h, w, cin, cout, k, stride, padding, groups, slope, bias_kind) in CASES.items():
         x = draw(n, cin, h, w)
         weight = draw(cout, cin // groups, k, k)
+        if name in SMALL_WEIGHTS:
+            weight = (weight.detach() / 16).requires_grad_()
         y = functional.conv2d(x, weight, None, stride, padding, 1, groups)
         bias = torch.zeros(0, dtype=torch.float64)
         if bias_kind == "tied":

@@ -57,7 +57,7 @@ TEST_CASE("every candidate of the tuner equals PyTorch, value and gradients, fro
                                DeviceFamily::Intel, DeviceFamily::Mobile, DeviceFamily::OtherGpu);
   Device& device = device_of(family);
   INFO(to_string(family));
-  for (const std::string name : {"grouped", "down", "k4s2", "alex", "five", "skip"}) {
+  for (const std::string name : {"grouped", "down", "k4s2", "alex", "five", "skip", "wide"}) {
     check_against_torch(device, name);
     size_t longest = 1;
     for (size_t number = 0; number < longest; ++number) {

@@ -17,6 +17,7 @@ struct ConvolutionCase {
   int batch, height, width, channels, output_channels, kernel;
   Conv2dOptions options;
   Bias bias;
+  double largest_weight = 1;
 
   int output_size(int size) const { return (size + 2 * options.padding - kernel) / options.stride + 1; }
   Shape input_shape() const { return {batch, height, width, channels}; }
@@ -102,11 +103,18 @@ TEST_CASE("conv2d equals the plain loops", "[large]") {
       {2, 6, 37, 10, 32, 3, {1, 1, 2, 0.2}, Bias::Untied},
       {1, 9, 41, 5, 13, 3, {2, 1, 1, 0.2}, Bias::Tied},
       {1, 3, 17, 16, 16, 5, {1, 2, 1, 0.2}, Bias::None},
+      // Wide enough for Winograd's filtering: tiles that reach over each border, groups, idle lanes. Sums of so many
+      // terms are compared at the size of one, which a network's are.
+      {2, 13, 18, 96, 48, 3, {1, 1, 3, 0.2}, Bias::Untied, 0.125},
+      {1, 22, 37, 32, 20, 3, {1, 1, 1, 0.2}, Bias::Tied, 0.125},
+      {1, 23, 40, 48, 24, 3, {1, 0, 1, 0.2}, Bias::Untied, 0.125},
+      {1, 11, 30, 64, 32, 3, {1, 2, 1, 1}, Bias::None, 0.125},
   }));
   INFO("set " << static_cast<int>(set) << ", " << c);
   Device& device = test::device(set);
   Tape tape(device, false);
-  const Tensor input = random_tensor(device, c.input_shape(), 1), weight = random_tensor(device, c.weight_shape(), 2);
+  const Tensor input = random_tensor(device, c.input_shape(), 1);
+  const Tensor weight = random_tensor(device, c.weight_shape(), 2, -c.largest_weight, c.largest_weight);
   const Tensor bias = c.bias == Bias::None ? Tensor() : random_tensor(device, c.bias_shape(), 3);
   const Tensor output = conv2d(tape, input, weight, bias, c.options);
   const std::vector<double> biases = bias.defined() ? bias.to_host<double>() : std::vector<double>();
@@ -147,6 +155,9 @@ TEST_CASE("conv2d gradients pass finite differences", "[large]") {
       {1, 7, 35, 14, 9, 3, {2, 1, 1, 0.2}, Bias::Tied},
       {2, 4, 19, 11, 13, 3, {1, 1, 1, 0.2}, Bias::None},
       {1, 2, 1, 16, 16, 3, {1, 1, 1, 0.2}, Bias::None},
+      // Wide enough for Winograd's filtering.
+      {2, 13, 18, 96, 48, 3, {1, 1, 3, 0.2}, Bias::Untied},
+      {1, 14, 21, 32, 32, 3, {1, 0, 1, 0.2}, Bias::Tied},
   }));
   INFO(c);
   std::vector<Tensor> inputs = {random_tensor(device, c.input_shape(), 1), random_tensor(device, c.weight_shape(), 2)};
@@ -160,7 +171,7 @@ TEST_CASE("conv2d gradients pass finite differences", "[large]") {
 
 TEST_CASE("conv2d and its gradients equal PyTorch's") {
   const auto set = GENERATE(from_range(kernel_sets()));
-  const std::string name = GENERATE("grouped", "down", "k4s2", "alex", "five", "skip");
+  const std::string name = GENERATE("grouped", "down", "k4s2", "alex", "five", "skip", "wide");
   INFO("set " << static_cast<int>(set) << ", " << name);
   // PyTorch's own float32 is up to 6e-6 away from these double-precision numbers (sums of 800 terms that cancel), and
   // the order of summation differs between devices; a wrong term shows as 1e-2 and more.
