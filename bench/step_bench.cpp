@@ -67,6 +67,7 @@ std::string part_of(const Profiler::Row& row) {
                                                            {"conv2d_packing", "convolution"},
                                                            {"conv2d_gradient", "convolution"},
                                                            {"conv2d_gradient_rows", "convolution"},
+                                                           {"conv2d_gradient_winograd", "convolution"},
                                                            {"weight_norm", "weight norm"},
                                                            {"lpips", "LPIPS"},
                                                            {"ssim_wide", "L1 + SSIM"},

@@ -41,37 +41,6 @@ kernel void weights_to_points(global const REAL* packed, global REAL* points, co
   }
 }
 
-// The source patch of a tile, all channels of a group, at the 36 points: to[point * VALUE_STRIDE + channel].
-// y, x: the patch's first pixel. Pixels outside the source are zeros; inside: there are none, known when compiled.
-__attribute__((always_inline)) inline void patch_to_points(global const REAL* source, const int y, const int x,
-                                                           const bool inside, local REAL* to, const Gather s) {
-  const long line = (long)s.source_width * s.source_channels;
-  global const REAL* const corner = source + y * line + (long)x * s.source_channels;
-  for (int k = 0; k < DEPTH; k += V) {
-    REALV column[6][6];  // points along y, by the pixel's x
-#pragma unroll
-    for (int dx = 0; dx < 6; ++dx) {
-      REALV d[6], point[6];
-#pragma unroll
-      for (int dy = 0; dy < 6; ++dy) {
-        const bool exists = inside || ((uint)(y + dy) < (uint)s.source_height && (uint)(x + dx) < (uint)s.source_width);
-        d[dy] = 0;
-        if (exists) d[dy] = LOAD_VECTOR(0, corner + dy * line + dx * s.source_channels + k);
-      }
-      source_to_points(d, point);
-#pragma unroll
-      for (int dy = 0; dy < 6; ++dy) column[dy][dx] = point[dy];
-    }
-#pragma unroll
-    for (int dy = 0; dy < 6; ++dy) {
-      REALV point[6];
-      source_to_points(column[dy], point);
-#pragma unroll
-      for (int dx = 0; dx < 6; ++dx) STORE_VECTOR(point[dx], 0, to + (dy * 6 + dx) * VALUE_STRIDE + k);
-    }
-  }
-}
-
 // At each point the sums (tiles, panel) = values (tiles, DEPTH) * weight (DEPTH, panel); tiles: multiple of PIXELS.
 inline void multiply_points(local const REAL* values, global const REAL* weight, local REAL* sums, const int tiles) {
   for (int point = 0; point < WINOGRAD_POINTS; ++point) {
@@ -100,17 +69,6 @@ inline void multiply_points(local const REAL* values, global const REAL* weight,
 #pragma unroll
         for (int v = 0; v < VECTORS; ++v) STORE_VECTOR(sum[p][v], p * VECTORS + v, to);
       }
-    }
-  }
-}
-
-// Hints of what the patch whose first pixel is y, x does not share with its left neighbour.
-inline void prefetch_patch(global const REAL* source, const int y, const int x, const Gather s) {
-  global const REAL* const corner = source + ((long)y * s.source_width + x + 2) * s.source_channels;
-  for (int dy = 0; dy < WINOGRAD_PATCH; ++dy) {
-    for (int dx = 0; dx < WINOGRAD_TILE; ++dx) {
-      for (int k = 0; k < DEPTH; k += CACHE_LINE)
-        PREFETCH(corner + ((long)dy * s.source_width + dx) * s.source_channels + k);
     }
   }
 }
@@ -177,6 +135,7 @@ kernel void gather_winograd(global const REAL* source, global const REAL* points
   const int height = (s.target_height + WINOGRAD_TILE - 1) / WINOGRAD_TILE;
   const int tiles = min(TILES, s.batch * height * width - begin);
   if (group >= s.groups || tiles <= 0) return;
+  const Plane plane = {s.source_height, s.source_width, s.source_channels};
   const long source_image = (long)s.source_height * s.source_width * s.source_channels;
   const long target_image = (long)s.target_height * s.target_width * s.target_channels;
 
@@ -185,11 +144,11 @@ kernel void gather_winograd(global const REAL* source, global const REAL* points
     const int y = of_all / width % height * WINOGRAD_TILE + s.lead.y, x = of_all % width * WINOGRAD_TILE + s.lead.x;
     global const REAL* const from = source + of_all / width / height * source_image + group * DEPTH;
     local REAL* const to = values + tile * DEPTH;
-    prefetch_patch(from, y, x + TILES_AHEAD * WINOGRAD_TILE, s);
-    if (y >= 0 && x >= 0 && y + WINOGRAD_PATCH <= s.source_height && x + WINOGRAD_PATCH <= s.source_width) {
-      patch_to_points(from, y, x, true, to, s);
+    prefetch_patch(from, plane, y, x + TILES_AHEAD * WINOGRAD_TILE, DEPTH);
+    if (patch_is_inside(plane, y, x)) {
+      patch_to_points(from, plane, y, x, true, DEPTH, 0, 6, to, VALUE_STRIDE);
     } else {
-      patch_to_points(from, y, x, false, to, s);
+      patch_to_points(from, plane, y, x, false, DEPTH, 0, 6, to, VALUE_STRIDE);
     }
   }
   // The sums of tiles that do not exist are not read, but numbers are added up to them.

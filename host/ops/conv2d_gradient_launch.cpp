@@ -4,6 +4,7 @@
 #include "host/ops/conv2d_launch.h"
 #include "host/ops/conv2d_parameters.h"
 #include "host/ops/conv2d_tuning.h"
+#include "host/ops/conv2d_winograd.h"
 
 namespace degas {
 namespace {
@@ -79,7 +80,10 @@ void backward_weight_by_rows(const Conv2dGeometry& g, const WeightGradientParame
 
 void backward_weight(const Conv2dGeometry& g, const WeightGradientParameters& parameters, const Tensor& input,
                      const Tensor& gradient, const Tensor& weight_gradient) {
-  if (parameters.by_rows) return backward_weight_by_rows(g, parameters, input, gradient, weight_gradient);
+  if (parameters.kernel == Conv2dKernel::Rows)
+    return backward_weight_by_rows(g, parameters, input, gradient, weight_gradient);
+  if (parameters.kernel == Conv2dKernel::Winograd)
+    return backward_weight_by_winograd(g, parameters, input, gradient, weight_gradient);
   Device& device = input.device();
   const int fold = parameters.fold, vectors = parameters.vectors;
   const int kernel_width = (fold - 1) * g.stride + g.kernel_size, output_depth = fold * g.output_depth();

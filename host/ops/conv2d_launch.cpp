@@ -43,7 +43,7 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
   const int panel = parameters.vectors * device.vector_width();
   const int panels = static_cast<int>(ceiling(target_depth, panel));
 
-  const bool by_winograd = parameters.kernel == GatherKernel::Winograd;
+  const bool by_winograd = parameters.kernel == Conv2dKernel::Winograd;
   Tensor packed = weight;
   // A panel of consecutive lines streams better than one cut out of the tensor; small maps do not repay the copy.
   if (by_winograd || transpose || packing.fold > 1 || target_depth % panel != 0 ||
@@ -81,7 +81,7 @@ void gather(const Tensor& source, const Tensor& weight, const Tensor& bias, cons
   const Range local =
       parameters.tiles_first ? Range{group_tiles, group_panels, 1} : Range{group_panels, group_tiles, 1};
   const Kernel kernel =
-      parameters.kernel == GatherKernel::Rows
+      parameters.kernel == Conv2dKernel::Rows
           ? device.kernel("conv2d_rows", "gather_rows",
                           {{"PIXELS", parameters.pixels},
                            {"TAPS", arguments.kernel_size.x},

@@ -93,7 +93,7 @@ GatherParameters sum_parameters(const Device& device, const GatherArguments& arg
   result.fold = best_fold(device, arguments);
   const GatherArguments a = result.fold > 1 ? folded(arguments, result.fold) : arguments;
   const bool by_rows = goes_by_rows(device, a);
-  result.kernel = by_rows ? GatherKernel::Rows : GatherKernel::Sums;
+  result.kernel = by_rows ? Conv2dKernel::Rows : Conv2dKernel::Sums;
   const Block block = !device.is_wide() ? gpu_block(device.family())
                       : by_rows         ? rows_block
                                         : wide_block(device, a.target_depth());
@@ -136,6 +136,30 @@ int most_gradient_fold(const Device& device, const Conv2dGeometry& g) {
   return g.groups == 1 ? 2 * device.vector_width() / g.output_channels : 1;
 }
 
+/// Of conv2d_gradient.cl or conv2d_gradient_rows.cl.
+WeightGradientParameters sum_gradient_parameters(const Device& device, const Conv2dGeometry& g) {
+  if (!device.is_wide()) return {Conv2dKernel::Sums, false, 1, gpu_block(device.family()).vectors, 32};
+  WeightGradientParameters result{Conv2dKernel::Sums, false, 1, 1};
+  double least = gradient_cost(device, g, 1);
+  const auto consider = [&](double cost, const WeightGradientParameters& candidate) {
+    if (cost >= least) return;
+    least = cost;
+    result = candidate;
+  };
+  for (int fold = 2; fold <= most_gradient_fold(device, g); ++fold) {
+    if (g.output_width % fold == 0) consider(gradient_cost(device, g, fold), {Conv2dKernel::Sums, false, fold, 1});
+  }
+  if (gradient_rows_allowed(device, g)) {
+    if (g.stride == 1)
+      consider(gradient_rows_cost(device, g, g.depth(), g.output_depth()), {Conv2dKernel::Rows, true, 1, 1});
+    consider(gradient_rows_cost(device, g, g.output_depth(), g.depth()), {Conv2dKernel::Rows, false, 1, 1});
+  }
+  const bool room = device.family() == DeviceFamily::WideCpu;  // in the registers
+  if (room && result.kernel == Conv2dKernel::Sums && result.fold * g.output_depth() > device.vector_width())
+    result.vectors = 2;
+  return result;
+}
+
 }  // namespace
 
 GatherArguments folded(GatherArguments a, int fold) {
@@ -154,7 +178,7 @@ GatherArguments folded(GatherArguments a, int fold) {
 Tiles tiles_of(const Device& device, const GatherArguments& a, const GatherParameters& parameters) {
   const int64_t lines = int64_t{a.batch} * ceiling(a.target_height, a.target_step.y);
   const int64_t columns = ceiling(a.target_width, a.target_step.x);
-  const int64_t tiles = parameters.kernel == GatherKernel::Rows ? lines * ceiling(columns, parameters.pixels)
+  const int64_t tiles = parameters.kernel == Conv2dKernel::Rows ? lines * ceiling(columns, parameters.pixels)
                                                                 : ceiling(lines * columns, parameters.pixels);
   return {tiles, device.is_wide() ? static_cast<int>(std::clamp<int64_t>(tiles / parameters.items, 1, 32)) : 1};
 }
@@ -183,8 +207,8 @@ std::vector<GatherParameters> gather_candidates(const Device& device, const Gath
   const auto add = [&](GatherParameters candidate) {
     const GatherArguments a = candidate.fold > 1 ? folded(arguments, candidate.fold) : arguments;
     const bool one_panel = candidate.vectors * device.vector_width() >= a.target_depth();
-    const bool legal = candidate.kernel == GatherKernel::Winograd ? winograd_allowed(device, a, candidate)
-                       : candidate.kernel == GatherKernel::Rows   ? goes_by_rows(device, a)
+    const bool legal = candidate.kernel == Conv2dKernel::Winograd ? winograd_allowed(device, a, candidate)
+                       : candidate.kernel == Conv2dKernel::Rows   ? goes_by_rows(device, a)
                                                                   : candidate.fold == 1 || (a.groups == 1 && one_panel);
     if (legal && candidate != built_in && std::find(result.begin(), result.end(), candidate) == result.end())
       result.push_back(candidate);
@@ -209,45 +233,32 @@ std::vector<GatherParameters> gather_candidates(const Device& device, const Gath
   fewer_items.items = 16;
   more_items.items = 256;
   unfolded.fold = 1;
-  unfolded.kernel = GatherKernel::Sums;
-  not_by_rows.kernel = GatherKernel::Sums;
+  unfolded.kernel = Conv2dKernel::Sums;
+  not_by_rows.kernel = Conv2dKernel::Sums;
   add(other_order);
   add(fewer_items);
   with_blocks(not_by_rows, {{6, 2}, {8, 1}, {4, 3}, {4, 4}});
   if (usual.fold > 1) with_blocks(unfolded, {{8, 1}, {6, 2}});
   add(more_items);
-  if (usual.kernel == GatherKernel::Rows) return result;
+  if (usual.kernel == Conv2dKernel::Rows) return result;
   for (const GatherParameters& from : {usual, other_order})
     with_blocks(from, {{6, 2}, {8, 1}, {4, 3}, {4, 4}, {12, 1}, {6, 1}, {7, 2}, {3, 4}, {5, 2}, {3, 2}});
   return result;
 }
 
 WeightGradientParameters weight_gradient_parameters(const Device& device, const Conv2dGeometry& g) {
-  if (!device.is_wide()) return {false, false, 1, gpu_block(device.family()).vectors, 32};
-  WeightGradientParameters result{false, false, 1, 1};
-  double least = gradient_cost(device, g, 1);
-  const auto consider = [&](double cost, const WeightGradientParameters& candidate) {
-    if (cost >= least) return;
-    least = cost;
-    result = candidate;
-  };
-  for (int fold = 2; fold <= most_gradient_fold(device, g); ++fold) {
-    if (g.output_width % fold == 0) consider(gradient_cost(device, g, fold), {false, false, fold, 1});
-  }
-  if (gradient_rows_allowed(device, g)) {
-    if (g.stride == 1) consider(gradient_rows_cost(device, g, g.depth(), g.output_depth()), {true, true, 1, 1});
-    consider(gradient_rows_cost(device, g, g.output_depth(), g.depth()), {true, false, 1, 1});
-  }
-  const bool room = device.family() == DeviceFamily::WideCpu;  // in the registers
-  if (room && !result.by_rows && result.fold * g.output_depth() > device.vector_width()) result.vectors = 2;
-  return result;
+  const WeightGradientParameters winograd = winograd_gradient_parameters(device, g);
+  if (winograd_gradient_allowed(device, g, winograd) && winograd_gradient_pays(device, g)) return winograd;
+  return sum_gradient_parameters(device, g);
 }
 
 std::vector<WeightGradientParameters> weight_gradient_candidates(const Device& device, const Conv2dGeometry& g) {
-  const WeightGradientParameters usual = weight_gradient_parameters(device, g);
+  // The built-in ones are tried in any case.
+  const WeightGradientParameters built_in = weight_gradient_parameters(device, g),
+                                 usual = sum_gradient_parameters(device, g);
   std::vector<WeightGradientParameters> result;
   const auto add = [&](const WeightGradientParameters& candidate) {
-    if (candidate != usual && std::find(result.begin(), result.end(), candidate) == result.end())
+    if (candidate != built_in && std::find(result.begin(), result.end(), candidate) == result.end())
       result.push_back(candidate);
   };
   const auto add_sums = [&](WeightGradientParameters candidate) {
@@ -260,16 +271,19 @@ std::vector<WeightGradientParameters> weight_gradient_candidates(const Device& d
     }
   };
   if (!device.is_wide()) {
-    for (const int vectors : {4, 1, 2, usual.vectors}) add_sums({false, false, 1, vectors});
+    for (const int vectors : {4, 1, 2, usual.vectors}) add_sums({Conv2dKernel::Sums, false, 1, vectors});
     return result;
   }
+  if (const auto winograd = winograd_gradient_parameters(device, g); winograd_gradient_allowed(device, g, winograd))
+    add(winograd);
+  add(usual);
   for (const int vectors : {2, 1}) {
-    add({false, false, usual.fold, vectors});
-    add({false, false, 1, vectors});
+    add({Conv2dKernel::Sums, false, usual.fold, vectors});
+    add({Conv2dKernel::Sums, false, 1, vectors});
   }
   if (gradient_rows_allowed(device, g)) {
-    if (g.stride == 1) add({true, true, 1, 1});
-    add({true, false, 1, 1});
+    if (g.stride == 1) add({Conv2dKernel::Rows, true, 1, 1});
+    add({Conv2dKernel::Rows, false, 1, 1});
   }
   add_sums(usual);
   return result;

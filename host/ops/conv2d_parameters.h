@@ -27,13 +27,14 @@ struct GatherArguments {
 /// The same convolution with `fold` neighbouring target pixels of a line as one.
 GatherArguments folded(GatherArguments arguments, int fold);
 
-/// Sums: conv2d.cl. Rows: conv2d_rows.cl. Winograd: conv2d_winograd.cl.
-enum class GatherKernel { Sums, Rows, Winograd };
+/// Sums: conv2d.cl and conv2d_gradient.cl. Rows: conv2d_rows.cl and conv2d_gradient_rows.cl. Winograd:
+/// conv2d_winograd.cl and conv2d_gradient_winograd.cl, see conv2d_winograd.h.
+enum class Conv2dKernel { Sums, Rows, Winograd };
 
 /// How a gather kernel runs: all that may be chosen freely, told from the sizes and the device.
 struct GatherParameters {
-  int fold;             ///< neighbouring target pixels of a line taken as one
-  GatherKernel kernel;  ///< Winograd: see conv2d_winograd.h
+  int fold;  ///< neighbouring target pixels of a line taken as one
+  Conv2dKernel kernel;
   int pixels, vectors;  ///< register block: target pixels (folded; Winograd: tiles), vectors of channels
   int items;            ///< CPUs: about so many items share the tiles of a panel, an item at most 32 of them
   bool tiles_first;     ///< neighbouring items are tiles of a panel, else panels of a tile
@@ -59,12 +60,12 @@ std::vector<GatherParameters> gather_candidates(const Device& device, const Gath
 
 /// How the gradient with respect to the weights is summed.
 struct WeightGradientParameters {
-  bool by_rows;              ///< conv2d_gradient_rows.cl, else conv2d_gradient.cl
-  bool vectors_are_outputs;  ///< by rows: vectors hold output channels, else input channels
-  int fold;                  ///< neighbouring output pixels of a line taken as one; by rows: 1
-  int vectors;               ///< of channels in registers; by rows: 1
+  Conv2dKernel kernel;
+  bool vectors_are_outputs;  ///< Rows: vectors hold output channels, else input channels
+  int fold;                  ///< Sums: neighbouring output pixels of a line taken as one; else 1
+  int vectors;               ///< of channels in registers; Rows: 1
   int items = 16;            ///< CPUs: at least so many where the lines suffice; GPUs: splits
-  int pass_pixels = 128;     ///< output pixels (folded) about that are summed in registers
+  int pass_pixels = 128;     ///< output pixels (folded) about that are summed in registers; Winograd: of no account
 
   friend bool operator==(const WeightGradientParameters&, const WeightGradientParameters&) = default;
 };

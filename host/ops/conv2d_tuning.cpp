@@ -16,19 +16,22 @@ Parameters named(const GatherParameters& p) {
 }
 void read(const Parameters& from, GatherParameters& p) {
   p.fold = from.at("fold");
-  p.kernel = static_cast<GatherKernel>(from.at("kernel"));
+  p.kernel = static_cast<Conv2dKernel>(from.at("kernel"));
   p.pixels = from.at("pixels");
   p.vectors = from.at("vectors");
   p.items = from.at("items");
   p.tiles_first = from.at("tiles_first");
 }
 Parameters named(const WeightGradientParameters& p) {
-  return {{"by_rows", p.by_rows}, {"vectors_are_outputs", p.vectors_are_outputs},
-          {"fold", p.fold},       {"vectors", p.vectors},
-          {"items", p.items},     {"pass_pixels", p.pass_pixels}};
+  return {{"kernel", static_cast<int>(p.kernel)},
+          {"vectors_are_outputs", p.vectors_are_outputs},
+          {"fold", p.fold},
+          {"vectors", p.vectors},
+          {"items", p.items},
+          {"pass_pixels", p.pass_pixels}};
 }
 void read(const Parameters& from, WeightGradientParameters& p) {
-  p.by_rows = from.at("by_rows");
+  p.kernel = static_cast<Conv2dKernel>(from.at("kernel"));
   p.vectors_are_outputs = from.at("vectors_are_outputs");
   p.fold = from.at("fold");
   p.vectors = from.at("vectors");
@@ -105,8 +108,9 @@ WeightGradientParameters tuned_weight_gradient_parameters(Device& device, const 
                                         g.channels, g.output_channels, g.groups, g.kernel_size, g.stride, g.padding,
                                         magnitude(g.output_pixels()), usual.fold);
   return choose<WeightGradientParameters>(
-      device, {"conv2d_gradient/weight_gradient", {"conv2d_gradient", "conv2d_gradient_rows"}}, shape, usual,
-      [&] { return weight_gradient_candidates(device, g); },
+      device,
+      {"conv2d_gradient/weight_gradient", {"conv2d_gradient", "conv2d_gradient_rows", "conv2d_gradient_winograd"}},
+      shape, usual, [&] { return weight_gradient_candidates(device, g); },
       {Shape{g.batch, g.height, g.width, g.channels}, g.output_shape(),
        Shape{g.groups, g.kernel_size, g.kernel_size, g.depth(), g.output_depth()}},
       launch);

@@ -4,8 +4,8 @@
 
 namespace degas {
 
-/// The gather kernel of kernels/conv2d_winograd.cl: Winograd's minimal filtering F(4x4, 3x3), which does a quarter of
-/// the multiply-adds of conv2d.cl.
+/// Convolutions by Winograd's minimal filtering F(4x4, 3x3), kernels/conv2d_winograd.cl and
+/// conv2d_gradient_winograd.cl: a quarter of the multiply-adds of plain sums, for wide layers on CPUs.
 
 /// Whether it may run: 3 x 3 kernels of step 1 and whole vectors of source channels, on CPUs with room for its points
 /// in a work-group's memory.
@@ -22,5 +22,14 @@ bool winograd_pays(const Device& device, const GatherArguments& arguments);
 void gather_by_winograd(const Tensor& source, const Tensor& packed, const Tensor& bias, const Tensor& target,
                         double negative_slope, const GatherArguments& arguments, const GatherParameters& parameters,
                         int stream);
+
+/// The same for the gradient with respect to the weights; whole vectors of output channels too.
+bool winograd_gradient_allowed(const Device& device, const Conv2dGeometry& geometry,
+                               const WeightGradientParameters& parameters);
+WeightGradientParameters winograd_gradient_parameters(const Device& device, const Conv2dGeometry& geometry);
+bool winograd_gradient_pays(const Device& device, const Conv2dGeometry& geometry);
+/// Shapes as those of conv2d_backward_weight.
+void backward_weight_by_winograd(const Conv2dGeometry& geometry, const WeightGradientParameters& parameters,
+                                 const Tensor& input, const Tensor& gradient, const Tensor& weight_gradient);
 
 }  // namespace degas
