@@ -225,8 +225,11 @@ std::vector<GatherParameters> gather_candidates(const Device& device, const Gath
     with_blocks(usual, {{8, 4}, {4, 4}, {8, 1}, {8, 2}, {16, 1}, {4, 1}, {16, 2}, {2, 4}});
     return result;
   }
-  add(winograd_parameters(device));
+  GatherParameters winograd = winograd_parameters(device);
+  add(winograd);
   add(usual);
+  winograd.items = 64;  // for many cores
+  add(winograd);
   with_blocks(winograd_parameters(device), {{6, 2}, {12, 1}, {8, 2}, {4, 4}});
   GatherParameters other_order = usual, fewer_items = usual, more_items = usual, unfolded = usual, not_by_rows = usual;
   other_order.tiles_first = !usual.tiles_first;
@@ -274,8 +277,11 @@ std::vector<WeightGradientParameters> weight_gradient_candidates(const Device& d
     for (const int vectors : {4, 1, 2, usual.vectors}) add_sums({Conv2dKernel::Sums, false, 1, vectors});
     return result;
   }
-  if (const auto winograd = winograd_gradient_parameters(device, g); winograd_gradient_allowed(device, g, winograd))
-    add(winograd);
+  for (const int items : {16, 64}) {  // 64: for many cores
+    WeightGradientParameters winograd = winograd_gradient_parameters(device, g);
+    winograd.items = items;
+    if (winograd_gradient_allowed(device, g, winograd)) add(winograd);
+  }
   add(usual);
   for (const int vectors : {2, 1}) {
     add({Conv2dKernel::Sums, false, usual.fold, vectors});
